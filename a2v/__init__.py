@@ -1,5 +1,5 @@
-"""a2v: from an action's name and one photograph to a video of that person doing the action, in
-3D."""
+"""a2v: from the name of an action and one photograph to a 3D video of that person doing the
+action."""
 
 from __future__ import annotations
 
@@ -47,11 +47,12 @@ if TYPE_CHECKING:
     from pipelines.front import MotionClip, Person, make_character, make_motion, make_video
 
 FRONT = ("MotionClip", "Person", "make_character", "make_motion", "make_video")
-"""What the pipeline's front door gives; the one place above the layers (docs/python.md)."""
+"""Names of the pipeline that the package exports; the only dependency on a higher layer
+(docs/python.md)."""
 
 
 def __getattr__(name: str) -> object:
-    """What is only imported where it is used: `show`, and the front door."""
+    """Import `show` and the pipeline's names at their first use."""
     if name == "show":
         from importlib import import_module
 

@@ -1,4 +1,4 @@
-"""Cameras of a photo: two of the values of `a2v.types`."""
+"""Cameras of a photo; two of the types of `a2v.types`."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from a2v.record import Record
 FloatArray = NDArray[np.floating[Any]]
 
 NEAREST = 0.25
-"""Least depth of a point before the camera, as a fraction of the distance: points that are nearer,
-or behind the camera, count as there."""
+"""Least depth of a point in front of the camera, as a fraction of the distance. Nearer points, and
+points behind the camera, are treated as if they had this depth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,34 +58,35 @@ class OrthographicCamera(Record):
 
     @property
     def flat(self) -> OrthographicCamera:
-        """As of `PhotoCamera`: itself."""
+        """`PhotoCamera.flat` of this camera: the camera itself."""
         return self
 
     def looks_down(self, point: FloatArray) -> float:
-        """As of `PhotoCamera`: its rays are level."""
+        """`PhotoCamera.looks_down` of this camera: 0, since its rays are level."""
         return 0.0
 
     def flatten(self, points: FloatArray) -> FloatArray:
-        """As of `PhotoCamera`: the points as they are."""
+        """`PhotoCamera.flatten` of this camera: the points unchanged."""
         return points
 
     def raised(self, points: FloatArray) -> FloatArray:
-        """As of `PhotoCamera`: the points as they are."""
+        """`PhotoCamera.raised` of this camera: the points unchanged."""
         return points
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoCamera(Record):
-    """The photo's camera: perspective, level in roll, before a person who stands on level ground.
+    """The photo's camera: perspective, without roll, in front of a person who stands on level
+    ground.
 
     The world's y is up. The optical axis meets the person's depth at the point `aim`; there the
     camera is `distance` meters away, measured over the floor, and looks down by `pitch`. With a
-    distance of 0 it is orthographic and level, as `flat` is.
+    distance of 0 it is orthographic and level, like `flat`.
 
     `flatten` warps the world so that the orthographic camera `flat` sees it exactly as this camera
     does: in the camera's axes around `aim`, at d = distance / cos(pitch), ``x' = x d / (d - z)``
     and ``y' = y d / (d - z)``, while z stays the depth over the floor. Along each ray z grows
-    towards the camera, so that what is seen first is the same.
+    toward the camera, so that the order of the points along it is the same.
 
     Attributes
     ----------
@@ -98,7 +99,7 @@ class PhotoCamera(Record):
     pitch : float
         Radians, positive downwards.
     source : str
-        Why this distance is believed; "" where nobody said.
+        Where the distance comes from; "" if unknown.
     """
 
     flat: OrthographicCamera
@@ -123,17 +124,17 @@ class PhotoCamera(Record):
 
     @property
     def height(self) -> float:
-        """Of the camera over y = 0, meters."""
+        """Height of the camera above y = 0, meters."""
         return float(self.aim[1] + self.distance * np.tan(self.pitch))
 
     def looks_down(self, point: FloatArray) -> float:
-        """How far down the ray to a point (3,) of the world leads, radians."""
+        """Return the angle below the horizon of the ray to a point (3,) of the world, radians."""
         if self.distance == 0:
             return 0.0
         return float(np.arctan2(self.height - point[1], self.aim[2] + self.distance - point[2]))
 
     def flatten(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the world in the frame of `flat`, meters."""
+        """Map points (..., 3) of the world to the frame of `flat`, meters."""
         if self.distance == 0:
             return points
         offset = np.asarray(points, np.float64) - self.aim
@@ -144,7 +145,7 @@ class PhotoCamera(Record):
         return np.asarray(flat, points.dtype)
 
     def raised(self, points: FloatArray) -> FloatArray:
-        """The inverse of `flatten`: points (..., 3) of the flat frame in the world, meters."""
+        """Map points (..., 3) of the flat frame to the world, meters; the inverse of `flatten`."""
         if self.distance == 0:
             return points
         offset = np.asarray(points, np.float64) - self.aim
@@ -164,7 +165,7 @@ class PhotoCamera(Record):
         return self.raised(self.flat.unproject(pixels, depth))
 
     def moved(self, shift: FloatArray) -> PhotoCamera:
-        """The same camera where the world has been moved by `shift` (3,), meters."""
+        """Return the same camera after the world has been moved by `shift` (3,), meters."""
         flat = self.flat
         moved = OrthographicCamera(
             scale=flat.scale,
@@ -178,10 +179,10 @@ class PhotoCamera(Record):
 
 
 def seen_from(x: Any, y: Any, z: Any, *, distance: Any, pitch: Any) -> tuple[Any, Any]:
-    """`PhotoCamera.flatten` of offsets from `aim`, any shape, as arrays or tensors: x' and y',
-    meters; z' is z.
+    """`PhotoCamera.flatten` of offsets from `aim`, as arrays or tensors of any shape; returns x'
+    and y', meters.
 
-    `distance` is a number of meters or a tensor (), `pitch` of radians.
+    z' equals z. `distance` (meters) and `pitch` (radians) are numbers or tensors ().
     """
     sine, cosine = (
         (np.sin(pitch), np.cos(pitch)) if isinstance(pitch, float) else (pitch.sin(), pitch.cos())
@@ -193,4 +194,5 @@ def seen_from(x: Any, y: Any, z: Any, *, distance: Any, pitch: Any) -> tuple[Any
 
 
 Camera = OrthographicCamera | PhotoCamera
-"""Either; what works in the flat frame takes both, by `flat`, `flatten` and `raised`."""
+"""Either camera. Code that works in the flat frame takes both, by `flat`, `flatten` and
+`raised`."""

@@ -1,5 +1,5 @@
-"""The program ``a2v``, and where the pipeline behind it lies: `a2v.pipelines` of a wheel,
-`pipelines` of a checkout."""
+"""The program ``a2v``, and the location of the pipeline: `a2v.pipelines` in a wheel, `pipelines` in
+a checkout."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from types import ModuleType
 
 
 def load_pipelines(module: str) -> ModuleType:
-    """A module of the pipeline by its name below it, such as ``"cli"``; imported when it is asked
-    for, as the library knows no pipeline."""
+    """Import a module of the pipeline by its name below the package, such as ``"cli"``.
+
+    It is imported only here, because the library does not depend on the pipeline.
+    """
     beneath = importlib.util.find_spec("a2v.pipelines")
     return importlib.import_module(f"{'a2v.pipelines' if beneath else 'pipelines'}.{module}")
 

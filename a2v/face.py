@@ -1,4 +1,4 @@
-"""The expressions of a surface: one of the values of `a2v.types`."""
+"""The expressions of a surface; one of the types of `a2v.types`."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ FloatArray = NDArray[np.floating[Any]]
 IntArray = NDArray[np.integer[Any]]
 
 FACE_KINDS: tuple[str, ...] = ("skin", "eye", "mouth", "tongue", "teeth")
-"""What the vertices of a `Face` are; "mouth" is the skin behind the lips."""
+"""Kinds of the vertices of a `Face`; "mouth" is the skin behind the lips."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Face(Record):
-    """Expressions of a surface, and which of its vertices are the body's own face.
+    """Expressions of a surface, and the vertices of its face that come from the body model.
 
     Attributes
     ----------
     names : tuple of N str
-        ARKit's: "eyeBlinkLeft" (the person's left), "jawOpen"...
+        ARKit's names: "eyeBlinkLeft" (the person's left), "jawOpen"...
     starts : (N + 1,) int32
         Expression i moves ``vertices[starts[i]:starts[i + 1]]``.
     vertices : (M,) int32
-        Of the surface; those of one expression ascend.
+        Vertices of the surface, ascending within an expression.
     offsets : (M, 3) float32
-        How far, meters, in the surface's pose, at full strength.
+        Their offsets at full strength, meters, in the surface's pose.
     patch : (K,) int32
-        Vertices of the surface that are the body's.
+        Vertices of the surface that come from the body model.
     twins : (K,) int32
-        The body's vertex of each; of a tooth, a near one.
+        The body's vertex for each of `patch`; for a tooth, a nearby one.
     kinds : (K,) uint8
-        What each is, an index into `FACE_KINDS`.
+        Kind of each of `patch`, an index into `FACE_KINDS`.
     landmarks : (478, 3) float32
         Mediapipe's landmarks of the photo's face: u, v in its pixels, and depth.
     """
@@ -71,8 +71,8 @@ class Face(Record):
             )
 
     def check_vertices(self, count: int) -> None:
-        """Raise an `InputError` where vertices are named that a surface of `count` vertices
-        lacks."""
+        """Raise an `InputError` if a vertex index is not below `count`, the surface's number of
+        vertices."""
         for name, used in (("vertices", self.vertices), ("patch", self.patch)):
             if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
                 raise InputError(
@@ -80,8 +80,10 @@ class Face(Record):
                 )
 
     def kept(self, number: IntArray) -> Face:
-        """The expressions of a surface of which some vertices are left: the new `number` (V,) of
-        each, -1 for those that are gone."""
+        """Return the expressions of a surface after vertices were removed.
+
+        `number` (V,) is the new index of each vertex, -1 for removed ones.
+        """
         left = number[self.vertices] >= 0
         counts = np.concatenate([[0], np.cumsum(left)])
         own = number[self.patch] >= 0
@@ -96,12 +98,12 @@ class Face(Record):
         )
 
     def target(self, name: str) -> tuple[IntArray, FloatArray]:
-        """Vertices (n,) and offsets (n, 3) of the expression `name`.
+        """Return the vertices (n,) and offsets (n, 3) of the expression `name`.
 
         Raises
         ------
         InputError
-            There is none.
+            There is no such expression.
         """
         if name not in self.names:
             raise InputError(f"unknown expression '{name}'; choose from {', '.join(self.names)}")
@@ -109,8 +111,8 @@ class Face(Record):
         return self.vertices[own], self.offsets[own]
 
     def mixed(self, weights: Mapping[str, float]) -> tuple[IntArray, FloatArray]:
-        """Vertices (n,) that expressions at `weights` (by name) move, and their offsets (n, 3)
-        float64, meters."""
+        """Mix expressions by `weights` (by name): returns the moved vertices (n,) and their offsets
+        (n, 3) float64, meters."""
         parts = [
             (vertices, weight * offsets.astype(np.float64))
             for name, weight in weights.items()
@@ -128,8 +130,7 @@ class Face(Record):
 
 
 def other_side(expressions: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
-    """What the mirror image of a face does: strengths by ARKit's names, left and right
-    exchanged."""
+    """Mirror expressions: strengths by ARKit's names, with left and right exchanged."""
     if expressions is None:
         return None
     swap = {"Left": "Right", "Right": "Left"}

@@ -1,4 +1,4 @@
-"""Files at the edge: atomic writes, bounded reads and digests.
+"""Reading and writing of users' files: atomic writes, bounded reads and digests.
 
 Every file that a2v writes appears under its final name only when it is complete.
 """
@@ -25,12 +25,11 @@ from a2v.errors import A2VError, InputError
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
-"""Refuse to unpack more than this from one ``.npz`` (a zip bomb would otherwise fill the
-memory)."""
+"""Largest unpacked size of one ``.npz``. A zip bomb would otherwise fill the memory."""
 
 
 _MARK = "-a2v"
-"""In the names of temporary files, before eight random characters."""
+"""Mark in the names of temporary files, in front of eight random characters."""
 _UNFINISHED: set[Path] = set()
 """The temporary files that this process is writing."""
 
@@ -78,10 +77,10 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def claim(folder: str | os.PathLike[str]) -> Iterator[None]:
-    """Keep other runs from writing into an existing `folder` inside the block: files of two runs
-    would stand beside each other.
+    """Keep other runs from writing into an existing `folder` inside the block, so that files of two
+    runs do not mix.
 
-    The claim ends with the process, killed or not, and leaves no file. Where folders cannot be
+    The claim ends with the process, even a killed one, and leaves no file. Where folders cannot be
     locked (Windows), nothing is claimed.
 
     Raises
@@ -105,15 +104,15 @@ def claim(folder: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def discard_unfinished() -> None:
-    """Remove what this process is writing; for a process that is about to end without unwinding its
-    stack."""
+    """Remove the files that this process is writing. For a process that is about to end without
+    unwinding its stack."""
     for path in tuple(_UNFINISHED):
         path.unlink(missing_ok=True)
 
 
 def clear_leftovers(folder: str | os.PathLike[str]) -> None:
-    """Remove the temporary files of `atomic_path` in `folder` whose process was killed; those that
-    are being written stay."""
+    """Remove temporary files of `atomic_path` in `folder` whose process was killed. Files in
+    progress are kept."""
     for path in Path(folder).glob(f".*{_MARK}????????*"):
         with contextlib.suppress(OSError):
             handle = os.open(path, os.O_RDWR)
@@ -125,8 +124,10 @@ def clear_leftovers(folder: str | os.PathLike[str]) -> None:
 
 
 def user_cache_folder() -> Path | None:
-    """The folder ``a2v`` in the user's cache folder (``$XDG_CACHE_HOME``, else ``~/.cache``); None
-    for a user without a home."""
+    """Return the folder ``a2v`` in the user's cache folder; None for a user without a home.
+
+    The cache folder is ``$XDG_CACHE_HOME``, else ``~/.cache``.
+    """
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "a2v"
     except RuntimeError:
@@ -134,8 +135,8 @@ def user_cache_folder() -> Path | None:
 
 
 def cache_folders() -> Iterator[Path]:
-    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the
-    temporary folder."""
+    """Yield folders for caches, best first: ``A2V_CACHE``, the user's cache folder, the temporary
+    folder."""
     if named := os.environ.get("A2V_CACHE"):
         yield Path(named)
     if folder := user_cache_folder():
@@ -148,8 +149,8 @@ def cache_folders() -> Iterator[Path]:
 
 
 def is_ours(path: Path) -> bool:
-    """Whether a file of `cache_folders` is the user's own: another one could have planted it in the
-    shared temporary folder."""
+    """Return whether a file of `cache_folders` belongs to the user. Another user could have planted
+    it in the shared temporary folder."""
     user = user_number()
     return user is None or path.stat().st_uid in (user, 0)
 
@@ -157,8 +158,7 @@ def is_ours(path: Path) -> bool:
 def write_npz(
     path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compress: bool = False
 ) -> None:
-    """Write `arrays` (numpy arrays or what becomes one without pickling) to one ``.npz``,
-    atomically."""
+    """Write `arrays` to one ``.npz``, atomically; their values need no pickling."""
     checked = {name: np.asarray(value) for name, value in arrays.items()}
     for name, value in checked.items():
         if value.dtype.hasobject:
@@ -170,10 +170,10 @@ def write_npz(
 
 
 def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write `rows` as one CSV table with the columns of all of them, in the order in which they
-    first appear; UTF-8, as are all texts.
+    """Write `rows` as one CSV table in UTF-8, with the columns of all rows in the order of their
+    first appearance.
 
-    Bytes of names that are no UTF-8, which Python keeps as halves of surrogate pairs, are written
+    Bytes of names that are not UTF-8, which Python keeps as halves of surrogate pairs, are written
     as escapes.
     """
     names = list(dict.fromkeys(name for row in rows for name in row))
@@ -187,13 +187,13 @@ def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -
 
 
 def open_file(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a user's file for reading bytes; only regular files, since a pipe may wait for ever and
-    a device may never end.
+    """Open a user's file for reading bytes. It must be a regular file: a pipe may block for ever,
+    and a device may never end.
 
     Raises
     ------
     InputError
-        It is missing, cannot be read, is a folder, or is no regular file.
+        It is missing, cannot be read, is a folder, or is not a regular file.
     """
     source = Path(path)
     try:
@@ -209,25 +209,25 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
         raise InputError(
-            f"{source} is no regular file but a pipe or a device; copy what it gives into a file "
-            "first"
+            f"{source} is not a regular file but a pipe or a device; copy its content "
+            "into a file first"
         )
     return stream
 
 
 def _open_at_once(name: str, flags: int) -> int:
-    """Open without waiting for somebody who writes to a pipe."""
+    """Open a file without blocking on a pipe that nobody writes to."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30, empty: bool = False) -> bytes:
-    """Read a user's whole file.
+    """Read the whole of a user's file.
 
     Raises
     ------
     InputError
-        It cannot be read (`open_file`), is larger than `limit` bytes, or has none, unless it may be
-        `empty`.
+        It cannot be read (`open_file`), is larger than `limit` bytes, or is empty although `empty`
+        is False.
     """
     with open_file(path) as stream:
         try:
@@ -244,8 +244,8 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30, empty: boo
 
 @contextmanager
 def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
-    """Where data from outside becomes ours: whatever goes wrong in the block is the file's fault
-    and becomes one `InputError`.
+    """Turn any error of the block, which parses a file from outside, into one `InputError` about
+    the file.
 
     Parameters
     ----------
@@ -256,36 +256,37 @@ def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
     Raises
     ------
     InputError
-        As it was raised in the block, or naming `source`, what went wrong and what was `expected`.
+        An `InputError` of the block unchanged; for any other error, a message with `source`, the
+        error and `expected`.
     """
     try:
         yield
     except A2VError:
         raise
-    except Exception as error:  # parsers raise every kind for what they did not foresee
+    except Exception as error:  # parsers raise errors of every kind for unforeseen data
         hint = f"; expected {expected}" if expected else ""
         raise InputError(
-            f"{source} is no {what} ({type(error).__name__}: {shorten(error)}){hint}"
+            f"{source} is not a {what} ({type(error).__name__}: {shorten(error)}){hint}"
         ) from error
 
 
 def parse_json(data: bytes, source: object, expected: str) -> Any:
-    """The value of JSON in UTF-8, a byte-order mark or not.
+    """Parse JSON in UTF-8, with or without a byte-order mark.
 
     Raises
     ------
     InputError
-        It is no JSON, too deep, or has numbers of thousands of digits.
+        It is not JSON, is nested too deeply, or has numbers of thousands of digits.
     """
     try:
         return json.loads(data.decode("utf-8-sig"))
     except json.JSONDecodeError as error:
         raise InputError(
-            f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is "
+            f"{source}:{error.lineno}: {error.msg}, so this is not JSON; expected {expected}, is "
             "the file truncated?"
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"{source} is no text file; expected {expected}") from None
+        raise InputError(f"{source} is not a text file; expected {expected}") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise InputError(
             f"{source} cannot be read as JSON ({shorten(error)}); expected {expected}"
@@ -298,8 +299,8 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     Raises
     ------
     InputError
-        The file is missing, is no ``.npz``, is truncated, holds pickled objects or is larger than
-        `MAX_ARCHIVE_BYTES` unpacked.
+        The file is missing, is not an ``.npz``, is truncated, holds pickled objects or is larger
+        than `MAX_ARCHIVE_BYTES` unpacked.
     """
     source = Path(path)
     try:
@@ -315,16 +316,16 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
             return {name: archive[name] for name in archive.files}
     except InputError:
         raise
-    except Exception as error:  # numpy and zipfile raise many kinds for a broken archive
+    except Exception as error:  # numpy and zipfile raise many kinds of errors for a broken archive
         raise InputError(f"{source} is not a readable .npz file ({shorten(error)})") from error
 
 
 def shorten(value: object, length: int = 200) -> str:
-    """At most `length` characters of what a message quotes: text as it is, an error by its message
-    or kind, else `reprlib`'s form.
+    """Shorten a value that a message quotes to at most `length` characters.
 
-    `reprlib` looks only at the first items of the first levels, so what explodes when it is written
-    out whole stays small.
+    Text is quoted itself, an error by its message or kind, and anything else in `reprlib`'s form.
+    `reprlib` looks only at the first items of the first levels, so that huge nested values stay
+    cheap.
     """
     if isinstance(value, BaseException):
         text = str(value) or type(value).__name__
@@ -337,8 +338,10 @@ def shorten(value: object, length: int = 200) -> str:
 
 
 def brief(value: object) -> str:
-    """`value` as `reprlib` writes it, on one line of at most 120 characters: text in quotation
-    marks, two levels of what is nested."""
+    """Return `value` in `reprlib`'s form on one line of at most 120 characters.
+
+    Text is in quotation marks, and nested values show two levels.
+    """
     writer = reprlib.Repr()
     writer.maxlevel = 2
     try:
@@ -351,18 +354,18 @@ def brief(value: object) -> str:
 _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-"""Control characters but tab and line feed, marks and overrides of the writing direction, and
+"""Control characters except tab and line feed, marks and overrides of the writing direction, and
 halves of surrogate pairs."""
 
 
 def printable(text: str) -> str:
-    """`text` as it may go to a terminal: characters that would steer it are written as escapes, so
-    ESC becomes ``\\x1b``."""
+    """Return `text` safe for a terminal: control characters are written as escapes, so ESC becomes
+    ``\x1b``."""
     return _UNPRINTABLE.sub(lambda found: ascii(found.group())[1:-1], text)
 
 
 def sha256(data: bytes | str | os.PathLike[str]) -> str:
-    """Hex SHA-256 of bytes, or of the file at a path."""
+    """Return the hex SHA-256 of bytes, or of the file at a path."""
     digest = hashlib.sha256()
     if isinstance(data, bytes):
         digest.update(data)

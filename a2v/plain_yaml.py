@@ -1,8 +1,8 @@
-"""YAML from outside: one loader for all of it, which never makes more than the text holds.
+"""One loader for all YAML from outside, with bounds on time and memory.
 
-Aliases may repeat few nodes, merge keys (``<<``) are refused, and so are numbers of many digits:
-each of them lets a text of some hundred bytes cost gigabytes or minutes. Numbers follow YAML 1.2
-(``1e3`` is one), and dates are text.
+Few nodes may be repeated by aliases, and merge keys (``<<``) and long numbers are refused: with
+each of them a text of some hundred bytes could cost gigabytes or minutes. Numbers follow YAML 1.2
+(``1e3`` is a number), and dates are text.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ import yaml
 from a2v.io import reading
 
 MAX_REPEATED = 10_000
-"""Nodes that aliases may add to those which are written out."""
+"""Largest number of nodes that aliases may add to the written ones."""
 
 MAX_NODES = 300_000
-"""Values and keys of one text: about 300 MB while they are read."""
+"""Largest number of values and keys of one text: about 300 MB during reading."""
 
 MAX_LEVELS = 64
-"""How deep lists and mappings may be nested; libyaml composes them by recursion in C, where
-thousands end the process."""
+"""Largest depth of nested lists and mappings. libyaml composes them by recursion in C, where
+thousands of levels end the process."""
 
 MAX_NUMBER = 40
-"""Characters of a number."""
+"""Largest length of a number, characters."""
 
 MAX_KEY = 18
-"""Characters of a number that is a key: longer ones may be chosen to have one hash, which makes a
-dictionary quadratic."""
+"""Largest length of a number that is a key, characters. Longer ones can be chosen to have equal
+hashes, which makes a dictionary quadratic."""
 
 _TAG = "tag:yaml.org,2002:"
 _FLOAT = re.compile(
@@ -43,7 +43,8 @@ else:
 
 
 class PlainLoader(_Base):
-    """PyYAML's safe loader with the bounds of this module; they raise `yaml.YAMLError`."""
+    """PyYAML's safe loader with the bounds of this module. Exceeding one raises
+    `yaml.YAMLError`."""
 
     yaml_implicit_resolvers = {  # noqa: RUF012 - PyYAML's own attribute
         letter: [
@@ -60,7 +61,7 @@ class PlainLoader(_Base):
         super().__init__(text)
 
     def get_single_data(self) -> Any:
-        """The value of the only document."""
+        """Return the value of the only document."""
         node = self.get_single_node()
         if node is None:
             return None
@@ -74,20 +75,20 @@ PlainLoader.add_implicit_resolver(
 
 
 def load_yaml(text: str) -> Any:
-    """The value of a YAML text.
+    """Load a YAML text.
 
     Raises
     ------
     yaml.YAMLError
-        It is none, or passes a bound of this module.
+        It is not YAML, or exceeds a bound of this module.
     ValueError
-        A value is not what its tag says.
+        A value does not match its tag.
     """
     return yaml.load(text, PlainLoader)
 
 
 def parse_yaml(data: bytes, source: object, what: str, expected: str) -> Any:
-    """The value of YAML in UTF-8, a byte-order mark or not.
+    """Parse YAML in UTF-8, with or without a byte-order mark.
 
     Parameters
     ----------
@@ -98,14 +99,14 @@ def parse_yaml(data: bytes, source: object, what: str, expected: str) -> Any:
     Raises
     ------
     InputError
-        It is no YAML, or passes a bound of this module.
+        It is not YAML, or exceeds a bound of this module.
     """
     with reading(source, what, expected):
         return load_yaml(data.decode("utf-8-sig"))
 
 
 def _check_events(text: str) -> None:
-    """Demand few levels and nodes before anything is composed."""
+    """Check the bounds on levels and nodes before anything is composed."""
     level = nodes = 0
     for event in yaml.parse(text, _Base):
         nodes += isinstance(event, yaml.NodeEvent)
@@ -120,8 +121,7 @@ def _check_events(text: str) -> None:
 
 
 def _check(root: yaml.Node) -> None:
-    """Demand that the tree below `root`, aliases written out, is hardly larger than what is
-    written."""
+    """Check that the tree below `root` is hardly larger with aliases expanded than as written."""
     sizes: dict[int, int] = {}
     entered: set[int] = set()
     stack = [root]
@@ -145,7 +145,7 @@ def _check(root: yaml.Node) -> None:
 
 
 def _inner(node: yaml.Node) -> list[yaml.Node]:
-    """The nodes inside a sequence or mapping; its keys are looked at."""
+    """Return the nodes inside a sequence or mapping; the keys of a mapping are checked."""
     if not isinstance(node, yaml.MappingNode):
         return list(node.value)
     for key, _ in node.value:

@@ -1,9 +1,8 @@
 """Child interpreters that import nothing from the working folder.
 
-``python -c``, and with it every process that `multiprocessing` starts, puts the folder in which it
-begins before the standard library: a ``socket.py`` beside somebody's photos would run. Python 3.11
-and later leave it out where PYTHONSAFEPATH is set; on 3.10 the code that the child runs first takes
-it away.
+``python -c`` and the processes of `multiprocessing` put the working folder in front of the standard
+library, so a ``socket.py`` beside somebody's photos would run. Python 3.11 and later leave it out
+if PYTHONSAFEPATH is set. On 3.10 the first code of the child removes it.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ from a2v.system import start_method
 
 VARIABLE = "PYTHONSAFEPATH"
 OLD_PYTHON = sys.version_info[:2] < (3, 11)
-"""Whether this Python does not know PYTHONSAFEPATH."""
+"""Whether this Python version ignores PYTHONSAFEPATH."""
 
 
 def import_folders() -> list[str]:
-    """`sys.path` without the working folder and with the folder that holds this package, even where
-    that is the same."""
+    """Return `sys.path` without the working folder, and with the folder of this package even if
+    both are the same."""
     home = str(Path(__file__).resolve().parents[1])
     folders = [
         folder
@@ -39,14 +38,16 @@ def import_folders() -> list[str]:
 def _is_working_folder(folder: str) -> bool:
     try:
         same = Path(folder).samefile(os.curdir)
-    except OSError:  # a zip's inside, or a working folder that was removed
+    except OSError:  # a path inside a zip, or a removed working folder
         return False
     return same and not Path(folder).is_relative_to(sysconfig.get_path("stdlib"))
 
 
 def python_command(code: str, *arguments: str) -> list[str]:
-    """Command line of a child interpreter that runs `code`, imports from `import_folders` and finds
-    `arguments` in ``sys.argv[1:]``."""
+    """Return the command line of a child interpreter that runs `code`.
+
+    It imports from `import_folders` and finds `arguments` in ``sys.argv[1:]``.
+    """
     return [sys.executable, "-c", _guarded(code), *arguments]
 
 
@@ -58,10 +59,8 @@ def _guarded(code: str) -> str:
 def safe_children() -> Iterator[None]:
     """Keep interpreters that are started in the block from importing from the working folder.
 
-    This includes the workers of `multiprocessing`.
-
-    A worker of `multiprocessing` takes over the parent's `sys.path` before it imports what it is to
-    run.
+    This includes the workers of `multiprocessing`. A worker takes the parent's `sys.path` before it
+    imports the code that it runs.
     """
     if OLD_PYTHON:
         start = multiprocessing.util.spawnv_passfds
@@ -90,8 +89,10 @@ def safe_children() -> Iterator[None]:
 
 
 def start_fork_server() -> None:
-    """Start `multiprocessing`'s fork server, if it does not run yet, so that neither it nor its
-    workers import from the working folder."""
+    """Start the fork server of `multiprocessing` if it does not run yet.
+
+    Neither the server nor its workers then import from the working folder.
+    """
     if start_method() != "forkserver":
         return
     from multiprocessing import forkserver

@@ -1,4 +1,4 @@
-"""What is under the feet and hands of whoever climbs, as plain solids that stand still."""
+"""Props that a climbing person steps on or holds, as plain static solids."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from a2v.record import Record
 from a2v.types import FloatArray, IntArray, Surface
 
 COLOR = (0.42, 0.47, 0.53)
-"""sRGB of all props: unlike skin."""
+"""sRGB of all props, chosen to differ from skin."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class Props(Record):
     owner : (F,) int32
         The solid that a face belongs to, an index into `names`.
     names : tuple of str
-        One a solid.
+        One per solid.
     """
 
     vertices: FloatArray
@@ -44,7 +44,8 @@ class Props(Record):
 
     @classmethod
     def of(cls, solids: list[tuple[str, FloatArray]]) -> Props:
-        """Convex solids, each the hull of its points (N, 3), numbered where several have one name.
+        """Build convex solids, each the hull of its points (N, 3). Solids with the same name are
+        numbered.
 
         Raises
         ------
@@ -84,8 +85,10 @@ class Props(Record):
 
     @classmethod
     def of_clips(cls, clips: Mapping[str, Props]) -> Props:
-        """The solids of several clips in one scene. With more than one clip, each solid's name
-        begins with its clip's."""
+        """Combine the solids of several clips into one scene.
+
+        With more than one clip, each solid's name begins with its clip's name.
+        """
         some = {name: props for name, props in clips.items() if props.names}
         if len(clips) < 2 and some:
             return next(iter(some.values()))
@@ -111,7 +114,7 @@ class Props(Record):
         )
 
     def surfaces(self) -> list[tuple[str, Surface]]:
-        """Each solid by its name, as a mesh of one color with its own vertices."""
+        """Return each solid's name and mesh; a mesh has one color and its own vertices."""
         found = []
         for number, name in enumerate(self.names):
             used, faces = np.unique(self.faces[self.owner == number], return_inverse=True)
@@ -125,8 +128,10 @@ class Props(Record):
 
 
 def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArray:
-    """Points (24, 3) of a box between two corners, its edges cut by `bevel` meters, so that smooth
-    normals leave its sides flat."""
+    """Return points (24, 3) of a box between two corners, with edges cut by `bevel` meters.
+
+    The cut edges keep the sides flat under smooth normals.
+    """
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
     outer = np.where(corners, high, low)
     bevel = min(bevel, 0.3 * float(np.min(np.asarray(high) - np.asarray(low))))
@@ -138,7 +143,7 @@ def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArra
 
 
 def rod(start: FloatArray, end: FloatArray, radius: float, *, sides: int = 12) -> FloatArray:
-    """Points (4 sides, 3) of a rod between two points, meters."""
+    """Return points (4 sides, 3) of a rod between two points, meters."""
     along = np.asarray(end, np.float64) - start
     along /= max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.8 else (0.0, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""The base of every value on an arrow: an immutable bundle of arrays that one ``.npz`` holds."""
+"""The base of the types that stages exchange: an immutable bundle of arrays in one ``.npz``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from a2v.io import parse_json, read_npz, reading, shorten, write_npz
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """Base of the stage types: an immutable bundle of arrays that one ``.npz`` holds.
+    """Base of the stage types: an immutable bundle of arrays, stored in one ``.npz``.
 
     `provenance` records what made the value (versions, seed, parameters, hashes of inputs and
     weights); it must be JSON. A subclass names in `may_hold_nan` the array fields in which NaN
@@ -33,7 +33,7 @@ class Record:
     provenance: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Flatten to named numpy arrays without pickles (nested records become ``outer.inner``)."""
+        """Flatten to named numpy arrays without pickles; nested records become ``outer.inner``."""
         arrays: dict[str, np.ndarray] = {}
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
@@ -59,7 +59,7 @@ class Record:
 
     @classmethod
     def from_arrays(cls: type[_R], arrays: Mapping[str, np.ndarray]) -> _R:
-        """The inverse of `to_arrays`.
+        """Build a record from arrays; the inverse of `to_arrays`.
 
         Raises
         ------
@@ -95,8 +95,8 @@ class Record:
         return cls(**values)
 
     def to_bytes(self) -> bytes:
-        """What `save` writes, the same for equal arrays: numpy gives every member of an archive the
-        same date."""
+        """Return the bytes that `save` writes. Equal arrays give equal bytes, since numpy gives
+        every archive member the same date."""
         buffer = io.BytesIO()
         arrays: dict[str, Any] = self.to_arrays()
         np.savez(buffer, **arrays)
@@ -108,12 +108,12 @@ class Record:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read what `save` wrote.
+        """Read a file of `save`.
 
         Raises
         ------
         InputError
-            The file is no readable ``.npz`` or not of this type; the message names the file.
+            The file is not a readable ``.npz`` or not of this type; the message names the file.
         """
         try:
             with reading(path, f"{cls.__name__} that a2v wrote"):
@@ -135,10 +135,10 @@ class Record:
         """Check the shape of array field `name`; letters in `shape` must agree across calls through
         `sizes`.
 
-        Where `below` names one of the `sizes`, the numbers are indices: from `least` up to that
-        size.
+        If `below` names one of the `sizes`, the values are indices: at least `least` and less than
+        that size.
         """
-        if getattr(self, name) is None:  # a field that may be left out
+        if getattr(self, name) is None:  # an optional field
             return
         value = np.asarray(getattr(self, name))
         sizes = {} if sizes is None else sizes
@@ -178,7 +178,7 @@ def _without_none(hint: Any) -> Any:
 
 
 _KINDS = {str: "US", bool: "b", int: "iu", float: "iuf"}
-"""Letters of numpy's kinds that hold a single value of each type."""
+"""Letters of numpy's kinds that can hold a single value of each type."""
 _NUMBERS: tuple[tuple[Any, str], ...] = (
     (np.uint8, "u"),
     (np.integer, "iu"),
@@ -188,8 +188,8 @@ _NUMBERS: tuple[tuple[Any, str], ...] = (
 
 
 def _decode(array: np.ndarray, kind: Any, what: str) -> Any:
-    """The value of a field of type `kind` out of its array; `what` names the field in the
-    `InputError` for every other array."""
+    """Decode a field of type `kind` from its array. `what` names the field in the `InputError` for
+    a wrong array."""
     origin = get_origin(kind)
     if kind in _KINDS:
         return kind(_single(array, _KINDS[kind], what))
@@ -229,7 +229,7 @@ def _named(kinds: str) -> str:
 
 
 def _letters(hint: Any) -> str:
-    """Kinds of numpy that an array field's type allows."""
+    """Return the numpy kinds that an array field's type allows."""
     scalar = get_args(get_args(hint)[1])[0] if len(get_args(hint)) == 2 else None
     scalar = get_origin(scalar) or scalar
     return next(
@@ -243,7 +243,7 @@ def _letters(hint: Any) -> str:
 
 
 def _item_of(hint: Any) -> type | None:
-    """Type of the items of a tuple of them; None where they differ or are tuples."""
+    """Return the type of the items of a tuple of equal items; None if they differ or are tuples."""
     kinds = {part for part in get_args(hint) if part is not Ellipsis}
     kind = kinds.pop() if len(kinds) == 1 else None
     return kind if isinstance(kind, type) and kind in _KINDS else None

@@ -1,4 +1,4 @@
-"""Opening the ONNX files that a2v samples and reconstructs with."""
+"""Loading and running of ONNX files."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from a2v.io import open_file, reading, sha256, shorten
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 """Folder of the shipped models."""
 ROWS_AT_ONCE = 250
-"""Rows of one run in `run_rows`."""
+"""Number of rows per run in `run_rows`."""
 
 
 def open_session(path: Path, threads: int = 1) -> Any:
-    """The `onnxruntime.InferenceSession` of a file, on the CPU; the last few are kept. Raises what
-    onnxruntime raises."""
+    """Return the `onnxruntime.InferenceSession` of a file, on the CPU. The last few are cached.
+    Raises errors of onnxruntime."""
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
 
 
 def new_session(path: Path, threads: int = 1) -> Any:
-    """The same, not kept: for networks so large that their memory should come back."""
+    """Return a new session that is not cached, for networks so large that their memory should be
+    freed."""
     import onnxruntime
 
-    open_file(path).close()  # onnxruntime would wait for a pipe
+    open_file(path).close()  # onnxruntime would block on a pipe
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.log_severity_level = 3
@@ -42,10 +43,11 @@ def run_rows(
     feed: Mapping[str, np.ndarray],
     shared: Mapping[str, np.ndarray] | None = None,
 ) -> list[np.ndarray]:
-    """Outputs `names` of a graph whose inputs and outputs all have a row an item.
+    """Run a graph whose inputs and outputs all have one row per item, and return its outputs
+    `names`.
 
-    Many rows are run in parts: that takes less memory and is faster, since what a part makes stays
-    in the caches.
+    Many rows are run in parts. This takes less memory and is faster, because intermediate values
+    stay in the caches.
     """
     rows = len(next(iter(feed.values())))
     parts = [
@@ -69,41 +71,43 @@ def run_file(
     feed: Mapping[str, np.ndarray],
     shared: Mapping[str, np.ndarray] | None = None,
 ) -> list[np.ndarray]:
-    """`run_rows` of a file that may be foreign.
+    """`run_rows` of a file from outside.
 
     Raises
     ------
     InputError
-        Whatever its graph ends in.
+        Its graph fails in any way.
     """
     with reading(path, "network that runs", "one that a2v exported"):
         return run_rows(open_session(path), names, feed, shared)
 
 
 def file_digest(path: Path) -> str:
-    """SHA-256 of a file; computed once, and again when the file changes."""
+    """Return the SHA-256 of a file; computed again only when the file changes."""
     return _cached_digest(str(path), path.stat().st_mtime_ns)
 
 
 def read_metadata(
     path: Path, formats: Collection[str], what: str, threads: int = 1
 ) -> dict[str, Any]:
-    """What an ONNX file of ours says of itself; the session is kept for `open_session` with as many
-    threads.
+    """Read the metadata of an ONNX file of a2v.
+
+    The session is cached for `open_session` with the same number of threads.
 
     Raises
     ------
     InputError
-        The file is no `what` ("motion model") of a2v, or its "format" is none of `formats`.
+        The file is not a `what` (such as "motion model") of a2v, or its "format" is not in
+        `formats`.
     """
     try:
         text = open_session(path, threads).get_modelmeta().custom_metadata_map.get("a2v", "")
         metadata = json.loads(text)
-    except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
-        raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None
+    except Exception as error:  # onnxruntime and json raise many kinds of errors for a foreign file
+        raise InputError(f"{path} is not a {what} of a2v ({type(error).__name__})") from None
     if not isinstance(metadata, dict):
         raise InputError(
-            f"{path} is no {what} of a2v: what it says of itself is {shorten(metadata, 60)}"
+            f"{path} is not a {what} of a2v: its description is {shorten(metadata, 60)}"
         )
     if metadata.get("format") not in formats:
         raise InputError(

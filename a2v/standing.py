@@ -1,4 +1,4 @@
-"""A surface in the body's rest pose, with its binding: one of the values of `a2v.types`."""
+"""A surface in the body's rest pose, with its binding; one of the types of `a2v.types`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ IntArray = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Standing(Record):
-    """What a surface is in the rest pose of its body, in which nothing touches, and how it follows
-    the bones.
+    """A surface in the rest pose of its body, in which no parts touch, with its skinning weights.
 
     Attributes
     ----------
@@ -27,7 +26,7 @@ class Standing(Record):
         Skinning weights, largest first, rows sum to 1.
     bones : (V, 4) int32
     anchors : (V,) int32
-        Vertex of the body that each corresponds to.
+        The body's vertex that corresponds to each vertex.
     parts : (V,) int8
         Index into `a2v.body.PARTS`.
     """

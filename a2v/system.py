@@ -1,6 +1,6 @@
-"""What differs between Linux, macOS and Windows, in one place; a test says where else it is used.
+"""Differences between Linux, macOS and Windows, all in this module; a test checks that.
 
-Only Linux was run. Each function says what it does where a system has no such thing.
+Only Linux was tested. Each function documents its behavior on systems without the feature.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ WINDOWS = sys.platform == "win32"
 
 
 def lock(handle: int) -> bool:
-    """Hold an open file until it is closed, or the process ends; False where another process holds
-    it. On Windows its first byte is held."""
+    """Lock an open file until it is closed or the process ends; False if another process has locked
+    it.
+
+    On Windows the first byte of the file is locked.
+    """
     if sys.platform == "win32":
         import msvcrt
 
@@ -38,13 +41,15 @@ def lock(handle: int) -> bool:
 
 
 def user_number() -> int | None:
-    """The user's number; None on Windows."""
+    """Return the user's number; None on Windows."""
     return None if sys.platform == "win32" else os.getuid()
 
 
 def is_own_group(number: int) -> bool:
-    """Whether a group is root's, or the private one that many systems give each user; True on
-    Windows, which has none."""
+    """Return whether a group is root's, or the private group that many systems give each user.
+
+    True on Windows, which has no such groups.
+    """
     if sys.platform == "win32":
         return True
     import grp
@@ -60,21 +65,21 @@ def is_own_group(number: int) -> bool:
 
 
 def file_mask() -> int:
-    """The process's umask (it can only be read by setting it)."""
+    """Return the process's umask. It can only be read by setting it."""
     mask = os.umask(0o022)
     os.umask(mask)
     return mask
 
 
 def keep_files_private() -> None:
-    """Files that the process makes from now on are the user's alone; on Windows the folder's own
-    rights decide."""
+    """Make the files that the process creates from now on private to the user. On Windows the
+    folder's rights decide."""
     os.umask(0o077)
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Make `link` another name of a folder; on Windows a junction, which needs no rights of an
-    administrator."""
+    """Make `link` another name of a folder. On Windows it is a junction, which needs no
+    administrator rights."""
     if sys.platform == "win32":
         subprocess.run(
             ["cmd", "/c", "mklink", "/J", str(link), str(folder)], check=True, capture_output=True
@@ -84,8 +89,8 @@ def link_folder(link: Path, folder: Path) -> None:
 
 
 def core_count() -> int:
-    """Processor cores that this process may use; all of the machine's where the system does not
-    say."""
+    """Return the number of processor cores that this process may use, or the machine's if the
+    system does not report it."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -102,14 +107,13 @@ def thread_count() -> int:
 
 
 def start_method() -> str:
-    """How worker processes are started: from a fork server, or anew where there is none
+    """Return the start method of worker processes: the fork server, or "spawn" where there is none
     (Windows)."""
     return "spawn" if WINDOWS else "forkserver"
 
 
 def bound_memory(size: int) -> None:
-    """Let this process have `size` bytes of address space and no more; without effect on
-    Windows."""
+    """Limit the address space of this process to `size` bytes; no effect on Windows."""
     if sys.platform != "win32":
         import resource
 
@@ -124,12 +128,12 @@ def bound_memory(size: int) -> None:
 
 
 def end_group(process: int, *, hard: bool) -> None:
-    """End a process that was started in a session of its own, and those that it has started.
+    """End a process that was started in its own session, and its child processes.
 
     Raises
     ------
     ProcessLookupError
-        It has ended.
+        The process has already ended.
     """
     if sys.platform == "win32":
         done = subprocess.run(
@@ -143,15 +147,15 @@ def end_group(process: int, *, hard: bool) -> None:
 
 @contextlib.contextmanager
 def peak_memory() -> Iterator[Callable[[], int]]:
-    """Yield a function that tells the process's highest resident memory in bytes: since then on
-    Linux, since its start elsewhere.
+    """Yield a function that returns the process's highest resident memory, bytes.
 
-    It is 0 on Windows, which does not say without a further package.
+    It counts since the call on Linux, and since the process's start elsewhere. It returns 0 on
+    Windows, where reading it needs another package.
     """
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text(
             "5", encoding="utf-8"
-        )  # Linux: starts the high-water mark anew
+        )  # Linux: resets the high-water mark
 
     def peak() -> int:
         try:

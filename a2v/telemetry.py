@@ -1,8 +1,7 @@
-"""Nothing is reported to anybody: onnxruntime reads this variable when it is imported, and would
-look up a host and leave an identity.
+"""Switch off onnxruntime's telemetry, which would look up a host and store an identifier.
 
-The package imports this first, so it is set whenever a2v is imported before onnxruntime; who has
-set the variable has decided.
+onnxruntime reads this variable at import. The package imports this module first, so the variable is
+set if a2v is imported before onnxruntime. A value that the user has set is kept.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""From PyTorch to ONNX graphs."""
+"""Export of PyTorch modules to ONNX graphs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def to_onnx(
     *,
     fold_below: int | None = None,
 ) -> onnx.ModelProto:
-    """`graph`, traced with example `arguments`, as ONNX.
+    """Export `graph`, traced with example `arguments`, to ONNX.
 
     Parameters
     ----------
@@ -31,20 +31,18 @@ def to_onnx(
     sizes : one entry an input
         ``{axis: torch.export.Dim}`` of the axes whose length stays free, or None.
     fold_below : int, optional
-        What depends on weights alone is computed here, unless a tensor of at least this many
-        numbers goes into it. Default: the exporter's own choice.
+        Constant parts of the graph are computed here, except those with an input tensor of at least
+        this many numbers. Default: the exporter's own choice.
 
     Raises
     ------
     RuntimeError
-        Something in `graph` fixes a length that was to stay free: the exporter falls back to that
-        without a word.
+        `graph` fixes a length that should stay free. The exporter itself would not report that.
     """
     import onnxscript.optimizer
     import torch
 
-    # a line for every node that is not folded, and for packages that are not needed, is nothing to
-    # tell users
+    # messages about nodes that are not folded and about missing packages do not concern users
     loggers = [logging.getLogger(name) for name in ("onnxscript", "torch.onnx")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:

@@ -1,4 +1,4 @@
-"""The values on the arrows between stages: few, immutable, plain numbers.
+"""The types that stages exchange: few, immutable, plain numbers.
 
 Conventions (see ``docs/conventions.md``): meters, seconds, radians; right-handed axes, **y up**,
 the person faces **+z**, so the person's left is **+x**; the ground is ``y = 0``; float32 at rest.
@@ -30,16 +30,16 @@ ByteArray = NDArray[np.uint8]
 BoolArray = NDArray[np.bool_]
 
 VIEWS: tuple[str, ...] = ("front", "back", "left", "right")
-"""The paper's four views. More are `a2v.rendering.CameraPath`'s: a turntable and the user's own."""
+"""The paper's four views. `a2v.rendering.CameraPath` adds a turntable and custom views."""
 
 MATERIALS: tuple[str, ...] = ("skin", "hair", "cloth", "eyes", "mouth")
-"""What a person is made of, as engines shade it."""
+"""The materials of a person, as engines shade them."""
 
 NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
-"""Regular expression of names that become names of files."""
+"""Regular expression of names that become file names."""
 
 Progress = Callable[[int, int], None]
-"""Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the
+"""Called by long tasks as ``progress(done, total)``. The command line or the notebook draws the
 bar."""
 
 
@@ -66,19 +66,18 @@ class Motion(Record):
     skeleton : str
         Name of the skeleton in `a2v.kinematics.SKELETONS`, or "custom".
     action : str
-        What is done; a comma between the actions of a transition.
+        Name of the action; the actions of a transition are separated by commas.
     seed : int
         Seed of the generation; -1 for recorded motion.
     rest_offsets : (J, 3) float64 or None
         Rest pose of the file or body that the motion is from: each joint from its parent, meters,
         axes as everywhere; row 0 is zero.
     given_frames : int or None
-        How many of the first frames were given, where the others were generated to go on from them.
+        Number of first frames that were given; the others were generated to continue them.
     action_starts : (A,) float64 or None
-        When each of the A actions that `action` names begins, seconds from the first frame; None
-        where that is not known.
+        Start of each of the A actions in `action`, seconds from the first frame; None if unknown.
     expressions : strengths (T,) float32 by ARKit's names, or None
-        What the face does, in [0, 1], where a video showed it.
+        Expressions of the face, in [0, 1], from a video.
     """
 
     joints: FloatArray
@@ -143,7 +142,7 @@ class Motion(Record):
         return tuple(self.joints.shape[:-3])
 
     def __getitem__(self, index: Any) -> Motion:
-        """The clip(s) at `index` of the leading batch dimensions."""
+        """Return the clip or clips at `index` of the leading batch dimensions."""
         if not self.batch:
             raise InputError("this Motion is a single clip, not a batch")
         return dataclasses.replace(
@@ -151,7 +150,7 @@ class Motion(Record):
         )
 
     def first(self, frames: int) -> Motion:
-        """The first `frames` frames, of every clip of a batch; all where there are fewer."""
+        """Return the first `frames` frames of every clip of a batch; all if there are fewer."""
         kept = {
             name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))]
             for name in ("joints", "rotations", "root")
@@ -167,7 +166,7 @@ class Motion(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class BodyMap(Record):
-    """What a square around a person shows of the body, in pixels of the `Subject`'s image.
+    """The body in a square around the person, in pixels of the `Subject`'s image.
 
     Depths are measured over the floor, larger is nearer, 0 at the middle of the hips; *scales* are
     those of Laplace distributions.
@@ -177,16 +176,16 @@ class BodyMap(Record):
     landmarks : (33, 3) float32
         Landmarks of a body in BlazePose order: u, v and depth.
     landmark_scales : (33, 2) float32
-        In the picture, and in depth.
+        Scale in the picture, and scale in depth.
     places : (S, S, 3) float32
-        What place on the body (`a2v.body.places.canonical_places`) the middle of each pixel of the
-        map shows.
+        Place on the body (`a2v.body.places.canonical_places`) at the middle of each pixel of the
+        map.
     place_scales : (S, S) float32
         In the unit of `places`.
     depths, depth_scales : (S, S, 2) float32
-        Of the person's front, and of the back behind it.
+        Depth of the person's front, and of the back behind it.
     inside : (S, S) bool
-        Where the network sees the person; elsewhere nothing else means anything.
+        Pixels that the network assigns to the person; the other maps are undefined elsewhere.
     corner : tuple of 2 float
         The upper left corner of the square.
     step : float
@@ -217,7 +216,7 @@ class BodyMap(Record):
             self._check(name, shape, sizes)
 
     def pixels(self) -> FloatArray:
-        """Middles (S, S, 2) of the map's pixels in the image: u, v."""
+        """Return the centers (S, S, 2) of the map's pixels in the image: u, v."""
         steps = (np.arange(len(self.inside)) + 0.5) * self.step
         return np.stack(np.meshgrid(self.corner[0] + steps, self.corner[1] + steps), axis=-1)
 
@@ -234,39 +233,38 @@ class Subject(Record):
         Opacity of the person in [0, 1] (an alpha matte).
     keypoints : (33, 3) float32
         Landmarks in BlazePose order (`a2v.perception.BLAZEPOSE`): u, v in pixels of `image`,
-        confidence in [0, 1] (0: not seen; then u and v mean nothing).
+        confidence in [0, 1] (0: unseen; then u and v are undefined).
     keypoints_3d : (33, 3) float32
         Estimated positions, meters, relative to the middle of the hips, axes as everywhere (y up,
-        +z towards the camera, in which whoever stands upright does so however high the camera); NaN
-        where unknown.
+        +z toward the camera). A person who stands upright is upright here too, at any height of the
+        camera; NaN if unknown.
     crop : tuple of 4 int
         Left, top, right, bottom of the crop in the upright photo's pixels (may reach outside of
         it).
     photo_size : tuple of 2 int
         Width and height of the upright photo.
     warnings : tuple of str
-        What the user should know (feet outside the photo, sideways person...).
+        Notes for the user (feet outside the photo, sideways person...).
     face : (478, 3) float32 or None
         Mediapipe's landmarks of the face: u, v and depth in pixels of `image`, larger is nearer;
-        None where no face was seen.
+        None if no face was found.
     hands : (2, 21, 4) float32 or None
         Mediapipe's landmarks of the left and the right hand: u, v and depth (larger is nearer, 0 at
-        the wrist) in pixels of `image`, and 1 where that hand was seen, else 0; None where neither
-        was.
+        the wrist) in pixels of `image`, and 1 if that hand was found, else 0. None if neither was
+        found.
     bodymap : BodyMap or None
-        What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where
-        it was not asked.
+        Output of our own network, by which `keypoints` and `keypoints_3d` were corrected; None if
+        it was not run.
     focal_length : float or None
-        That the photo's file tells, as for 35 mm film, millimeters.
+        From the photo's file, 35 mm equivalent, millimeters.
     given : (33,) bool or None
-        Landmarks that the user has placed: they are certain. None where nobody did.
+        Landmarks that the user has placed; they are certain. None if there are none.
     sides : (8,) float32 or None
-        Of the bones of `a2v.kinematics.names.LIMB_BONES`, what the user says: 1 where the far end
-        lies in front of the near one, -1 behind it, 0 where nothing is said. None where nothing is
-        said of any.
+        The user's depth order for each bone of `a2v.kinematics.names.LIMB_BONES`: 1 if the far end
+        lies in front of the near end, -1 if behind it, 0 if not given. None if none is given.
     people : (n, 4) float32 or None
-        Left, top, right, bottom of all who were found, the largest first, in pixels of the upright
-        photo; None where it is one alone.
+        Left, top, right, bottom of all people found, the largest first, in pixels of the upright
+        photo; None if there is only one.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -317,17 +315,17 @@ class Surface(Record):
     visible : (V,) bool or None
         Whether the photo's camera saw the vertex.
     twins : (V,) int32 or None
-        The fitted body's vertex that each is, -1 for none: hands are the body's own.
+        The vertex of the fitted body that each vertex is a copy of (as in the hands), -1 for none.
     face : Face or None
-        Its expressions, where the photo shows a face from before.
+        Its expressions, if the photo shows a face from the front.
     standing : Standing or None
-        The same mesh in the body's rest pose, of canonical characters; the face's offsets are then
-        of that pose.
+        The same mesh in the body's rest pose, only of canonical characters. The face's offsets are
+        then in that pose.
     normal_map : (H, W, 3) uint8 or None
         Detail that the vertices lack: normals in the tangent space of
         `a2v.geometry.normal_map.corner_tangents`, as glTF keeps them; goes with `uv`.
     materials : (F,) uint8 or None
-        What each face is made of, an index into `MATERIALS`.
+        Material of each face, an index into `MATERIALS`.
     """
 
     vertices: FloatArray
@@ -366,19 +364,20 @@ class Surface(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Reconstruction(Record):
-    """What a backend makes of a person: the shape, and what it expects of the colors.
+    """A backend's result: the shape of a person, and the colors that the backend expects.
 
     Attributes
     ----------
     surface : Surface
-        Closed, in the frame of the photo's camera; its own colors mean nothing yet.
+        Closed, in the frame of the photo's camera. Its colors are not set yet.
     backend : str
-        Which made it, a name in `a2v.reconstruction.backends.NAMES`.
+        Name of the backend, one of `a2v.reconstruction.backends.NAMES`.
     from_body : bool
-        Whether the surface is the fitted body itself, pushed out: a fit to it finds nothing new.
+        Whether the surface is the fitted body itself, pushed outward. Fitting a body to it again
+        gives no new information.
     expected_colors : (V, 3) float32 or None
-        c^p of Eq. 14: sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown;
-        None if it expects nothing.
+        c^p of Eq. 14: sRGB in [0, 1] that the backend predicts for each vertex, NaN if unknown;
+        None if it predicts no colors.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"expected_colors"})
@@ -403,7 +402,7 @@ class Body(Record):
     parameters : dict of arrays
         The model's own parameters of this shape and pose.
     vertices : (V, 3) float32
-        Meters, in the frame of the photo's camera (or of the world, for a body of its own).
+        Meters, in the frame of the photo's camera (or of the world, for a body without a photo).
     faces : (F, 3) int32
     bone_names : tuple of B str
     bone_parents : (B,) int
@@ -446,7 +445,7 @@ class Body(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Character(Record):
-    """A surface bound to a body: what is animated and exported.
+    """A surface bound to a body; it can be animated and exported.
 
     Attributes
     ----------
@@ -490,28 +489,28 @@ class RenderSettings(Record):
     Attributes
     ----------
     size : int
-        Longer side of a view, pixels.
+        Length of the longer side of a view, pixels.
     aspect : str
-        Width to height, "16:9"; from 1:4 to 4:1. The whole body fits into it.
+        Width to height, such as "16:9"; from 1:4 to 4:1. The whole body fits into it.
     titles : bool
-        The views' names above their pictures where these stand beside each other.
+        Whether the views' names are above their pictures when these are side by side.
     spp : int
-        Samples a pixel before denoising.
+        Samples per pixel before denoising.
     views : tuple of str
-        `VIEWS`, "turntable", or names of cameras of one's own (`a2v.rendering.CameraPath`).
+        `VIEWS`, "turntable", or names of custom cameras (`a2v.rendering.CameraPath`).
     background : str
-        "stage": ground and backdrop; else a person with shadow on "#rrggbb", on a picture ("image",
-        which is given beside these settings) or on nothing ("transparent": frames have an alpha
-        channel).
+        "stage": ground and backdrop. Otherwise the person with its shadow on the color "#rrggbb",
+        on a picture ("image", which is given separately) or on nothing ("transparent": frames have
+        an alpha channel).
     denoise : bool
-        Open Image Denoise on every frame.
+        Whether Open Image Denoise is applied to every frame.
     variant : str
-        Mitsuba variant, or "auto": `llvm_ad_rgb` where LLVM works, else `scalar_rgb`.
+        Mitsuba variant, or "auto": `llvm_ad_rgb` if LLVM works, else `scalar_rgb`.
     threads : int
         Threads of one render process; 0 for all cores.
     seed : int
     follow : bool
-        The cameras of `VIEWS` go along with the character; False: they stand still and see its
+        True: the cameras of `VIEWS` follow the character. False: they stand still and show its
         whole path.
     """
 
@@ -562,14 +561,14 @@ class RenderSettings(Record):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Width and height of a view, pixels: even, as videos want them."""
+        """Width and height of a view, pixels; even, as videos need."""
         width, height = map(int, self.aspect.split(":"))
         short = max(2, 2 * round(self.size * min(width, height) / max(width, height) / 2))
         return (self.size, short) if width >= height else (short, self.size)
 
     @property
     def window(self) -> tuple[slice, slice]:
-        """Rows and columns of a view within the square of `size` pixels that its camera spans."""
+        """Rows and columns of a view within the square of `size` pixels that its camera covers."""
         width, height = self.shape
         left, top = (self.size - width) // 2, (self.size - height) // 2
         return slice(top, top + height), slice(left, left + width)

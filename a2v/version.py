@@ -1,4 +1,4 @@
-"""The installed version of a2v, for what is written into files and reports."""
+"""The installed version of a2v, for files and reports."""
 
 from __future__ import annotations
 
@@ -13,4 +13,5 @@ def _installed() -> str:
 
 
 __version__ = _installed()
-"""Of the installed package, such as "0.1.0"; "0.0.0" in a checkout that is not installed."""
+"""Version of the installed package, such as "0.1.0"; "0.0.0" in a checkout that is not
+installed."""

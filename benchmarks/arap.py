@@ -1,10 +1,10 @@
-"""Eq. 20 measured: speed beside Open3D's ARAP, distortion beside skinning and beside moving the
-control points alone.
+"""Measure Eq. 20: speed compared with Open3D's ARAP, distortion compared with skinning.
 
-    python -m benchmarks.arap [--vertices 30000] [--out table.md]
+python -m benchmarks.arap [--vertices 30000] [--out table.md]
 
-Times are CPU seconds (all threads), so that other work on the machine does not count; set
-OMP_NUM_THREADS=1. Needs the DeepMimic clips of ``$A2V_DATA/motions`` (default ``../shared/data``).
+The table also has the control points alone. Times are CPU seconds of all threads, so that other
+work on the machine does not count; set OMP_NUM_THREADS=1. The clips are DeepMimic's in
+``$A2V_DATA/motions`` (default ``../shared/data``).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FRAMES_EACH = 6
 
 
 def clothed(body: Body, vertices: int) -> Surface:
-    """A closed skin 8 mm over the body, remeshed evenly to about `vertices` vertices."""
+    """Return a closed skin 8 mm over the body, remeshed evenly to about `vertices` vertices."""
     import pymeshlab
 
     points = body.vertices.astype(np.float64)
@@ -74,7 +74,7 @@ def distortion(vertices: FloatArray, rest: FloatArray, faces: IntArray) -> tuple
 
 
 def poses(body: Body, data: Path) -> list[FloatArray]:
-    """Bone transforms (B, 4, 4) of frames spread over the motions."""
+    """Return the bone transforms (B, 4, 4) of frames distributed over the motions."""
     out: list[FloatArray] = []
     for name in MOTIONS:
         transforms = retarget(
@@ -85,7 +85,7 @@ def poses(body: Body, data: Path) -> list[FloatArray]:
 
 
 def open3d_seconds(character: Character, targets: FloatArray, iterations: int) -> float:
-    """CPU seconds of one of Open3D's solves with every tenth vertex as a hard constraint."""
+    """Return the CPU seconds of a solve of Open3D with every tenth vertex as a hard constraint."""
     import open3d
 
     surface = character.surface
@@ -146,7 +146,7 @@ def main() -> int:
         return result.vertices
 
     for name, work in works.items():
-        work(frames[0])  # warm up
+        work(frames[0])  # warm-up
         posed = [timed(lambda pose=pose, work=work: work(pose)) for pose in frames]
         rows[name] = [
             (*distortion(np.asarray(v), surface.vertices, surface.faces), seconds)

@@ -1,7 +1,8 @@
-"""How often arms lie within the trunk, before and after `a2v.animation.clear_arms`: python -m
-benchmarks.arms [--every 1] [--model cmu-fine] [--body broad]
+"""Measure how often arms lie inside the trunk, before and after `a2v.animation.clear_arms`.
 
-Four seconds of every action, seed 0, on the average body, a broad one, or that of the shipped
+python -m benchmarks.arms [--every 1] [--model cmu-fine] [--body broad]
+
+Four seconds of every action are measured, seed 0, on the average body, a broad one, or that of the
 sample photo, which is fitted first.
 """
 
@@ -25,14 +26,14 @@ from a2v.motion.timeline import Take
 from a2v.types import Body, FloatArray
 
 WITHIN = 0.02
-"""Meters from which an arm counts as within: clothes and flesh hide less."""
+"""Depth in meters from which an arm counts as inside: clothes and flesh hide less."""
 FPS = 30.0
 BROAD = {"weight": 0.9}
 """Shape of the broad body."""
 
 
 def body_of(name: str) -> Body:
-    """The body of a name of ``--body``."""
+    """Return the body of a name of ``--body``."""
     if name == "sample":
         import a2v
 

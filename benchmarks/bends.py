@@ -1,8 +1,9 @@
-"""Does the authors' classifier know recordings that are bent along circles? python -m
-benchmarks.bends [--data ../shared/data]
+"""Measure whether the authors' classifier recognizes recordings that are bent along circles.
 
-What generated motions along a path are held to: steps and bodies of real clips are turned by how
-far they have come, and shown as `benchmarks.direction` shows generated ones.
+python -m benchmarks.bends [--data ../shared/data]
+
+It is the standard for generated motions along a path: steps and bodies of real clips are turned by
+their progress, and shown as `benchmarks.direction` shows generated ones.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ CLIPS = 25
 
 
 def bent(joints: FloatArray, radius: float) -> FloatArray:
-    """A clip (T, J, 3), meters, that begins at the origin facing +z, led round a circle to the left
-    (a negative radius: to the right)."""
+    """Return a clip (T, J, 3), meters, from the origin and facing +z, bent to a circle to the left.
+
+    A negative radius bends it to the right.
+    """
     ahead = face_forward(
         joints[None], first_heading(joints[None], MotionModel.load("cmu-fine").skeleton)
     )[0].astype(np.float64)

@@ -1,13 +1,15 @@
 """Fits with and without perspective, and with and without the body map, beside the truth:
 `python -m benchmarks.camera --studio FOLDER [--panel phone] [--fits perspective+map,...]`.
 
-Measures the fitted body alone, not the reconstructed surface, so that a photo takes 3 to 10 s per
-fit. Photos and perception are kept in the folder of the studio, and finished fits in ``--out``: a
-run that was stopped continues. By class of pose (standing, action) it prints the naked body's
-aligned Chamfer distance to the dressed truth (cm), in the photo's frame and in the world, the error
-of the landmarks in the world (cm), the errors in depth of trunk, head, arms and legs (cm), the
-rank correlation of expected and true errors of arms and legs, and processor seconds of the fit.
-Needs ``$A2V_DATA`` with avatars and motions.
+Measures the fitted body, which takes 3 to 10 s per photo and fit, and with ``--surface`` also the
+surface that is reconstructed from it (20 s more). Photos and perception are kept in the folder of
+the studio, and finished fits in ``--out``: a run that was stopped continues. By class of pose
+(standing, action) it prints the aligned Chamfer distance of the surface and its distance from
+points to the truth (P2S), in the photo's frame, and its Chamfer distance in the world; the same
+Chamfer distances of the naked body to the dressed truth; the error of the landmarks in the world;
+the errors in depth of trunk, head, arms and legs (all cm); the rank correlation of expected and
+true errors of arms and legs; and processor seconds of the fit. Needs ``$A2V_DATA`` with avatars
+and motions.
 """
 
 from __future__ import annotations
@@ -39,10 +41,17 @@ from a2v.lab.evaluation.reconstruction.maps import mask_in_photo
 from a2v.lab.studio.studio import Studio
 from a2v.perception import PerceptionSettings, find_person
 from a2v.perception.bodymap import look_at_body, mended
+from a2v.reconstruction.backends import DEFAULT_BACKEND, reconstruct, settings_of
 from a2v.types import Subject
 
 FITS = ("perspective+map", "perspective", "orthographic+map", "orthographic")
 """Ways to fit: the camera, and whether the body map is used."""
+SURFACE = {
+    "surface_chamfer_aligned": "surface",
+    "surface_p2s_aligned": "P2S",
+    "surface_chamfer_world": "surface in the world",
+}
+"""Scores of the surface in the table, and their titles."""
 LIMBS_OF_INTEREST = [limb for limb in LIMBS if limb.endswith(("arm", "leg"))]
 
 
@@ -58,8 +67,10 @@ def seen(case: Case, path: Path) -> Subject:
     return subject
 
 
-def measure(case: Case, subject: Subject, fit: str) -> dict[str, float | str]:
-    """One of `FITS`, compared with the truth."""
+def measure(
+    case: Case, subject: Subject, fit: str, *, surface: bool = False
+) -> dict[str, float | str]:
+    """One of `FITS`, and the surface made from it if wanted, compared with the truth."""
     camera, _, mapped = fit.partition("+")
     if mapped:
         assert subject.bodymap is not None
@@ -71,8 +82,14 @@ def measure(case: Case, subject: Subject, fit: str) -> dict[str, float | str]:
     begun = time.process_time()
     found = fit_body(subject, settings=settings)
     spent = time.process_time() - begun
-    truth = Truth(case, BenchmarkSettings(size=64, points=10_000))
+    size = {"size": 256} if surface else {"size": 64, "points": 10_000}
+    truth = Truth(case, BenchmarkSettings(**size))
     scores = {name: float(value) for name, value in truth.compare_fit(found, subject).items()}
+    if surface:
+        backend = settings_of(DEFAULT_BACKEND, "")
+        made = reconstruct(subject, found.body, found.camera, backend).surface
+        shape = truth.compare_shape(truth.place(made, found.camera, subject))
+        scores |= {f"surface_{name}": float(value) for name, value in shape.items()}
     return {
         **scores,
         "stance": str(case.facts["pose"]),
@@ -99,7 +116,7 @@ def measured(studio: Studio, pin: Pin, fits: Sequence[str], options: argparse.Na
             )
             return
         try:
-            found = measure(case, subject, fit)
+            found = measure(case, subject, fit, surface=options.surface)
         except InputError as error:
             print(pin.avatar, pin.index, fit, error, flush=True)
             continue
@@ -114,7 +131,12 @@ def table(results: Mapping[str, Mapping[str, dict[str, float]]]) -> str:
     from scipy.stats import spearmanr
 
     common = sorted(set.intersection(*(set(rows) for rows in results.values())))
-    columns = ["body", "in the world", "landmarks", "trunk", "head", "arms", "legs", "rank", "s"]
+    shapes = {"body_aligned": "body", "body_world": "body in the world"}
+    if all(
+        name in every[photo] for name in SURFACE for every in results.values() for photo in common
+    ):
+        shapes = {**SURFACE, **shapes}
+    columns = [*shapes.values(), "landmarks", "trunk", "head", "arms", "legs", "rank", "s"]
     lines = [f"| pose | fit | {' | '.join(columns)} |", "|---" * (len(columns) + 2) + "|"]
     for kind in ("standing", "action"):
         for fit, every in results.items():
@@ -133,10 +155,7 @@ def table(results: Mapping[str, Mapping[str, dict[str, float]]]) -> str:
             rank = spearmanr(*(error[:, limbs].ravel() for error in errors.values()))[0]
             depths = errors["depth"].mean(axis=0)
             values = [
-                *(
-                    np.mean([row[name] for row in rows])
-                    for name in ("body_aligned", "body_world", "landmarks_world")
-                ),
+                *(np.mean([row[name] for row in rows]) for name in (*shapes, "landmarks_world")),
                 depths[0],
                 depths[1],
                 depths[2:4].mean(),
@@ -160,6 +179,7 @@ def main() -> None:
     parser.add_argument("--panel", default="phone", choices=sorted(PANELS))
     parser.add_argument("--views", type=int, default=100, help="at most this number of photos")
     parser.add_argument("--fits", default=",".join(FITS), help=f"of {', '.join(FITS)}")
+    parser.add_argument("--surface", action="store_true", help="measure the surface as well")
     parser.add_argument("--out", required=True, help="folder of finished fits")
     options = parser.parse_args()
     fits = options.fits.split(",")

@@ -35,8 +35,8 @@ from a2v.types import FloatArray, Subject
 
 
 def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
-    """True depths (33,) from the middle of the hips in the meters of `Subject.keypoints_3d`, and
-    such meters in one true meter."""
+    """Return true depths (33,) from the middle of the hips, and the meters of
+    `Subject.keypoints_3d` in one true meter."""
     _, scale = picture_plane(subject.keypoints, subject.keypoints_3d)
     zoom = subject.image.shape[1] / (subject.crop[2] - subject.crop[0])
     factor = case.camera.scale * zoom / scale
@@ -44,8 +44,7 @@ def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
 
 
 def by_limb(gap: FloatArray) -> dict[str, float]:
-    """Mean absolute errors by limb, cm, of gaps in depth (33,), meters, once the trunk's is taken
-    off."""
+    """Return mean absolute errors by limb, cm, of depths (33,), meters, without the trunk's error."""
     gap = gap - gap[list(TRUNK)].mean()
     return {
         f"depth_{limb}": 100 * float(np.abs(gap[list(places)]).mean())
@@ -54,7 +53,7 @@ def by_limb(gap: FloatArray) -> dict[str, float]:
 
 
 def measure(case: Case, fits: bool) -> dict[str, dict[str, float]]:
-    """Errors of one photo by where the depths come from."""
+    """Return the errors of one photo by the source of the depths."""
     subject = find_person(case.image)
     true, factor = true_depths(case, subject)
     found = {"perception": by_limb((subject.keypoints_3d[:, 2] - true) / factor)}

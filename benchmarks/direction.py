@@ -1,11 +1,12 @@
-"""How near directed motions come to what they are asked for, and what it costs: python -m
-benchmarks.direction [--data ../shared/data]
+"""Measure how closely directed motions meet their constraints, and their cost.
+
+python -m benchmarks.direction [--data ../shared/data]
 
 Three actions that travel, each along three paths with several seeds: distance of the root from the
-path, feet and jitter beside the same actions undirected and as long (on the ground as the commands
-leave them, thirty frames a second), time, and how often the authors' classifier recognizes the
-action in the first window. Poses of one clip asked for in another, a place, a heading, a hand that
-is held: how far off they are.
+path; feet and jitter compared with the same undirected actions of equal length (on the ground as
+the commands leave them, thirty frames per second); time; and how often the authors' classifier
+recognizes the action in the first window. For poses of one clip requested in another, a place, a
+heading and a held hand, it measures the error.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ PATHS = MappingProxyType(
 
 
 def away(motion: Motion, path: GroundPath) -> FloatArray:
-    """Distance (T,) of the root from a path, meters."""
+    """Return the distance (T,) of the root from a path, meters."""
     dense = path.at(np.linspace(0, path.lengths[-1], 4000))
     distance: FloatArray = np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(
         1
@@ -54,8 +55,7 @@ def away(motion: Motion, path: GroundPath) -> FloatArray:
 
 
 def recognized(model: MotionModel, evaluator: Evaluator, motion: Motion, action: str) -> bool:
-    """Whether the classifier knows a clip's first window, turned as the data's clips of the action
-    are."""
+    """Return whether the classifier recognizes a clip's first window, turned like the data's clips."""
     window, label = model.card.frames, model.label(action)
     share = model.sampler.active_share(label)  # type: ignore[union-attr]
     joints = resample_motion(motion, model.fps).joints[: round(share * window)]
@@ -70,7 +70,7 @@ def recognized(model: MotionModel, evaluator: Evaluator, motion: Motion, action:
 
 
 def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None:
-    """Print a row for each path, and one for the action undirected."""
+    """Print a row for each path, and one for the undirected action."""
     file = data / "evaluators" / EVALUATOR
     evaluator = load_evaluator(file) if file.is_file() else None
     free: list[Motion] = []
@@ -130,7 +130,7 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
 
 
 def wishes(model: MotionModel, seeds: int) -> None:
-    """Print how far keyframes, places, headings and held joints are missed, worst of all seeds."""
+    """Print the errors of keyframes, places, headings and held joints: the worst of all seeds."""
     poses: list[float] = []
     places: list[float] = []
     faces: list[float] = []

@@ -67,12 +67,12 @@ LIGHT = (
     "--implicit.vertices",
     25000,
 )
-"""A person in a quarter of the time."""
+"""Return a person in a quarter of the time."""
 QUIET: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 
 def free_port() -> int:
-    """A port that nobody listens at."""
+    """Return a port that nobody listens at."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])
@@ -97,7 +97,7 @@ def write_jobs(folder: Path, count: int, people: int) -> Path:
 
 
 def batch_command(given: argparse.Namespace, jobs: Path, out: Path, *more: str) -> list[str]:
-    """The command line of a batch."""
+    """Return the command line of a batch."""
     small = [
         "--frames",
         given.frames,
@@ -123,7 +123,7 @@ def batch_command(given: argparse.Namespace, jobs: Path, out: Path, *more: str) 
 
 
 def digests(out: Path) -> dict[str, str]:
-    """SHA-256 of every result by its path."""
+    """Return the SHA-256 of every result by its path."""
     names = (
         "video.mp4",
         "front.mp4",
@@ -141,8 +141,8 @@ def digests(out: Path) -> dict[str, str]:
 
 
 class Cluster:
-    """A scheduler and workers, each with a folder of its own; what dies is started again, as a
-    cluster's manager does.
+    """A scheduler and workers, each with its own folder; dead ones are started again, as in a
+    cluster.
 
     Parameters
     ----------
@@ -192,12 +192,12 @@ class Cluster:
         )
 
     def kill(self, name: str) -> None:
-        """Kill one as if its machine had lost power."""
+        """Kill one process as a loss of power would."""
         with contextlib.suppress(KeyError):
             self._running[name].kill()
 
     def close(self) -> None:
-        """End all."""
+        """End all processes."""
         self._stop.set()
         time.sleep(0.6)
         for process in self._running.values():
@@ -206,7 +206,7 @@ class Cluster:
 
 
 class Ledger:
-    """Figures of a part that may take several sittings, in a file.
+    """Figures of a part that may take several runs, in a file.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ class Ledger:
         self.figures: Counter[str] = Counter(json.loads(path.read_text()) if path.exists() else {})
 
     def save(self) -> None:
-        """Write the figures down."""
+        """Write the figures to the file."""
         with atomic_path(self._path) as temporary:
             temporary.write_text(json.dumps(self.figures))
 
@@ -277,14 +277,14 @@ class ObjectStore:
         raise SystemExit(f"no S3 server answers at port {port}; remove the folder and begin anew")
 
     def close(self) -> None:
-        """End the server; what it held is gone."""
+        """End the server; its contents are lost."""
         if self._process is not None:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self._process[0], signal.SIGKILL)
 
 
 def processor_time() -> float:
-    """Seconds of all processes that ended and were this one's, or theirs."""
+    """Return the seconds of all ended child processes, and of theirs."""
     spent = resource.getrusage(resource.RUSAGE_CHILDREN)
     return spent.ru_utime + spent.ru_stime
 
@@ -292,7 +292,7 @@ def processor_time() -> float:
 def one_batch(
     given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, until: float
 ) -> Ledger:
-    """A batch on a cluster of its own, `rough` or not, to its end or `until` the time is over."""
+    """Run a batch on its own cluster, `rough` or not, to its end or `until` the time is over."""
     ledger = Ledger(folder / "ledger.json")
     figures = ledger.figures
     if figures["over"]:
@@ -367,7 +367,7 @@ def disturbed(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
 
 
 def family_time(process: subprocess.Popen[bytes]) -> float:
-    """Processor seconds of a process and of what it started, as far as they live."""
+    """Return the processor seconds of a process and its living descendants."""
     import psutil
 
     total = 0.0
@@ -380,15 +380,14 @@ def family_time(process: subprocess.Popen[bytes]) -> float:
 
 
 def stage(store: Path, order: list[str]) -> str:
-    """The node that a run was at: the first of `order` that has no record yet."""
+    """Return the node that a run was at: the first of `order` without a record."""
     return next(
         (name for name in order if not any((store / "calls" / name).rglob("*.json"))), "files"
     )
 
 
 def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """Kill a run at random moments, go on, and compare what it gives with a run that nobody
-    disturbed.
+    """Kill a run at random moments, resume it, and compare the result with an undisturbed run.
 
     Moments are drawn in processor time of the run with all its processes, so that a busy machine
     does not shift them.
@@ -509,7 +508,7 @@ def _resident() -> int:
 
 
 def main() -> None:
-    """Run what is asked for and print it as JSON."""
+    """Run the requested part and print the result as JSON."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -25,7 +25,7 @@ from a2v.types import Character, FloatArray, RenderSettings, Surface
 
 
 def subject() -> Character:
-    """Anny's adult with a fine pattern of colors, so that lost detail and moving noise show."""
+    """Return Anny's adult with a fine pattern of colors, which shows lost detail and moving noise."""
     body = make_body(load_body_model(), grounded=True)
     normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
     stripes = 0.5 + 0.25 * np.sin(60 * body.vertices) * (0.6, 1.0, 0.8)

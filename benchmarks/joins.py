@@ -1,11 +1,11 @@
-"""What happens where windows of a motion meet: python -m benchmarks.joins [--data ../shared/data]
+"""Measure the joins between windows of a motion: python -m benchmarks.joins [--data ../shared/data]
 
-Two measures of the shipped window models. *Transitions*: every pair of different actions, the
-second one recognized by the authors' classifier in the window after the change, from there on and
-once the first has faded, beside the second action alone. All are shown as the data has them: they
-end when such clips end, hold their last pose, and begin facing where such clips do. *Speed*: mean
-speed of all joints in the quarter second before and after each join over that of the clip, for
-actions that go on without a rest.
+There are two measures of the shipped window models. *Transitions*: for every pair of different
+actions, how often the authors' classifier recognizes the second one, in the window after the
+change, from there on, and once the first has faded, compared with the second action alone. All
+clips end as the data's do, hold their last pose, and begin facing the same direction. *Speed*: mean
+speed of all joints in the quarter second before and after each join, relative to the clip's, for
+actions without a rest.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _like_data(
 
 
 def speeds(name: str, action: str, clips: int) -> tuple[float, float]:
-    """Speed before and after joins over the clip's mean."""
+    """Return the speed before and after joins relative to the clip's mean."""
     model = MotionModel.load(name)
     sampler, card = model.sampler, model.card
     label, given = model.label(action), card.context_frames  # type: ignore[attr-defined]

@@ -1,9 +1,10 @@
-"""How well cycles close, over all actions: python -m benchmarks.loops [--every 3] [--seeds 2]
-[--model cmu-fine]
+"""Measure how well cycles close, over all actions.
 
-Cycles in place out of five seconds at 30 frames a second: mean acceleration of all joints at the
-seam over the 95 % quantile of the clip's own, and mean speed of the joints (about the root's place
-on the ground) over that of the clip.
+python -m benchmarks.loops [--every 3] [--seeds 2] [--model cmu-fine]
+
+For cycles in place from five seconds at 30 frames per second: mean acceleration of all joints at
+the seam relative to the 95 % quantile of the clip's own, and mean speed of the joints (about the
+root's place on the ground) relative to the clip's.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ FPS = 30.0
 
 
 def speed(motion: Motion) -> float:
-    """Mean of all joints about where the root is, meters a second."""
+    """Return the mean speed of all joints about the root's place, meters per second."""
     local = motion.joints - motion.joints[:, :1] * np.array([1, 0, 1], np.float32)
     return float(np.linalg.norm(np.diff(local, axis=0), axis=-1).mean()) * motion.fps
 
 
 def main() -> None:
-    """Print what was found."""
+    """Print the results."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -30,14 +30,18 @@ FLAGS = [
 
 
 def opened(browser: Browser, path: Path, clips: int) -> tuple[float, list[float]]:
-    """Seconds from opening to the first clip, and milliseconds of each of `clips` more, in a
-    browser without anything remembered."""
+    """Return seconds from opening to the first clip, and milliseconds of each of `clips` more.
+
+    The browser has an empty cache.
+    """
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.goto(path.as_uri())
     page.wait_for_selector("body[data-ready]", timeout=120_000)
     first = float(page.locator("body").get_attribute("data-ready") or "nan") / 1000
-    page.locator("#play").click()  # stands still: drawing by the processor would be measured too
+    page.locator(
+        "#play"
+    ).click()  # without movement: drawing by the processor would be measured too
     taken = []
     for _ in range(clips):
         seed = page.locator("#seed").input_value()

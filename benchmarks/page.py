@@ -1,14 +1,13 @@
-"""The page of `a2v serve` in Chromium: first paints, and a small video of a remembered character,
-from the click to the finished card.
+"""Measure the page of `a2v serve` in Chromium: first paints, and a small video of a known
+character.
 
-    python -m benchmarks.page [--repeats 5] [--photo P] [--cache FOLDER]
-    python -m benchmarks.page --new          from a photo that nothing is remembered of to the
-    character that moves on the page
+python -m benchmarks.page [--repeats 5] [--photo P] [--cache FOLDER] measures until the finished
+card. python -m benchmarks.page --new measures from a new photo to the character that moves on the
+page.
 
-The bars, on an idle machine: first contentful paint within 1 s, 12 frames of one view, 256 px,
+The targets, on an idle machine: first contentful paint within 1 s, 12 frames of one view, 256 px,
 within 10 s, and with --new the moving character within 40 s of the photo. Without --new the photo's
-character is made first where the store does not have it (minutes). Nothing is asked of any machine
-but this one.
+character is made first if the store does not have it (minutes). Only this machine is contacted.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ PAINTS = """() => new Promise(done => {
 
 
 def processor_seconds(process: psutil.Process) -> float:
-    """User and system time of a process and all below it."""
+    """Return user and system time of a process and all its descendants."""
     total = 0.0
     for one in [process, *process.children(recursive=True)]:
         times = one.cpu_times()
@@ -46,8 +45,7 @@ def processor_seconds(process: psutil.Process) -> float:
 
 
 def paints(browser: Browser, address: str, repeats: int) -> None:
-    """Print when something, and the largest thing, is first seen, each time in a browser without
-    anything remembered."""
+    """Print when something, and the largest thing, is first painted, each time with an empty cache."""
     seen = []
     for _ in range(repeats):
         context = browser.new_context(viewport={"width": 1280, "height": 900})
@@ -65,7 +63,7 @@ def paints(browser: Browser, address: str, repeats: int) -> None:
 
 
 def ask_for(page: Page, action: str) -> str:
-    """Ask for 12 frames of one view; the identity of the job's card."""
+    """Request 12 frames of one view; return the id of the job's card."""
     page.locator("#model").select_option("cmu")
     page.locator("#action").fill(action)
     page.locator("#seconds").fill("1")
@@ -82,7 +80,7 @@ def ask_for(page: Page, action: str) -> str:
 
 
 def video(page: Page, action: str, limit: float) -> float:
-    """Seconds from asking until the card says that the video is done."""
+    """Return the seconds from the request until the card reports that the video is done."""
     started = time.perf_counter()
     page.locator(f"{ask_for(page, action)} .badge").filter(has_text="done").wait_for(
         timeout=1000 * limit
@@ -91,8 +89,10 @@ def video(page: Page, action: str, limit: float) -> float:
 
 
 def moving(page: Page, photo: Path, server: psutil.Process) -> None:
-    """Print when each stage of a new person is seen, seconds after the photo was sent and of
-    processors, up to the character that moves."""
+    """Print when each stage of a new person is shown, in seconds and processor seconds.
+
+    Time counts from sending the photo; the last stage is the character that moves.
+    """
     started, before = time.perf_counter(), processor_seconds(server)
 
     def seen(what: str) -> None:

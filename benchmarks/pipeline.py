@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def once(photo: Path, action: str, frames: int, size: int, cache: Path, out: Path) -> dict:
-    """One run of `a2v video`; its report."""
+    """Run `a2v video` once; return its report."""
     words = [
         "--photo",
         photo,
@@ -46,7 +46,7 @@ def once(photo: Path, action: str, frames: int, size: int, cache: Path, out: Pat
 
 
 def main() -> None:
-    """Run twice and print the table."""
+    """Run it twice and print the table."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

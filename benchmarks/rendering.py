@@ -1,14 +1,14 @@
-"""Seconds a 512 px frame at equal noise: Mitsuba 3 as a2v uses it, beside Blender's Cycles.
+"""Measure the seconds per 512 px frame at equal noise: a2v's Mitsuba 3 and Blender's Cycles.
 
-    python benchmarks/rendering.py [--cycles-python /path/to/python/with/bpy] [--out
-    docs/results/rendering.json]
+python benchmarks/rendering.py [--cycles-python /path/to/python/with/bpy] [--out
+docs/results/rendering.json]
 
 Both render the same person (an avatar of $A2V_DATA), ground, sun, spot and fill light, one bounce,
-box filter, one thread; noise is PSNR in sRGB against the same renderer's own picture at many
-samples. `bpy` wants an environment of its own (``python3.11 -m venv E && E/bin/pip install bpy``);
-without `--cycles-python` that half is left out, and the table says so. Times are the least of the
-repeats in CPU seconds (the process's own, all threads), so that other work on the machine counts
-little, and by the clock, which the comparison at equal noise takes: run it on an idle machine.
+box filter, one thread. Noise is PSNR in sRGB against the same renderer's own picture at many
+samples. `bpy` needs its own environment (``python3.11 -m venv E && E/bin/pip install bpy``);
+without `--cycles-python` that half is left out, and the table says so. Times are the minimum of the
+repeats, in CPU seconds of all threads and by the wall clock. The comparison at equal noise uses the
+wall clock: run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def psnr(picture: np.ndarray, truth: np.ndarray) -> float:
 
 
 def weld(surface: Surface) -> Surface:
-    """One vertex a place, so that both renderers smooth normals over the texture's seams."""
+    """Merge vertices at one place, so that both renderers smooth normals over texture seams."""
     vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
     faces = index.ravel()[surface.faces].astype(np.int32)
     keep = (

@@ -50,14 +50,14 @@ def mesh(name: str, vertices: np.ndarray, faces: np.ndarray, look: object) -> ob
 
 
 def orient(thing: object, axes: np.ndarray, place: np.ndarray) -> None:
-    """Columns of `axes`: where the object's x, y and z point (y-up world)."""
+    """Return as columns of `axes` where the object's x, y and z point (y-up world)."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = TO_BLENDER @ axes, TO_BLENDER @ place
     thing.matrix_world = Matrix(matrix.tolist())
 
 
 def frame_along(backward: np.ndarray) -> np.ndarray:
-    """Axes of a lamp that shines against `backward` (Blender's lamps shine along their -z)."""
+    """Return the axes of a lamp that shines against `backward` (Blender's lamps shine along -z)."""
     backward = backward / np.linalg.norm(backward)
     side = np.cross([0.0, 0, 1] if abs(backward[2]) < 0.9 else [1.0, 0, 0], backward)
     side /= np.linalg.norm(side)
@@ -138,7 +138,7 @@ def set_up(given: dict[str, np.ndarray]) -> None:
     render.resolution_x = render.resolution_y = int(given["size"])
     render.resolution_percentage = 100
     render.threads_mode, render.threads = "FIXED", int(given["threads"])
-    render.use_persistent_data = True  # what an animator switches on: keep the scene between frames
+    render.use_persistent_data = True  # animators switch this on: keep the scene between frames
     render.use_compositing = render.use_sequencer = False
     render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
     cycles.use_adaptive_sampling = False
@@ -168,14 +168,14 @@ def main() -> None:
         base = given["vertices"] @ TO_BLENDER.T
         wall, cpu = [], []
         for row, (samples, denoised, repeats) in enumerate(given["plan"]):
-            # the truth must not share its first samples with what is compared to it
+            # the reference must not share its first samples with the compared pictures
             scene.cycles.seed = 0 if repeats else 99
             scene.cycles.samples, scene.cycles.use_denoising = int(samples), bool(denoised)
             best_wall = best_cpu = np.inf
             for repeat in range(int(repeats) + 1):  # the first one warms up
                 moved = base + np.array(
                     [1e-6 * (repeat + 1), 0, 0]
-                )  # a new frame: the mesh is sent anew
+                )  # a new frame: the mesh is sent again
                 last = repeat == int(repeats)
                 start, start_cpu = time.perf_counter(), time.process_time()
                 person.data.vertices.foreach_set(

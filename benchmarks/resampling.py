@@ -1,8 +1,7 @@
-"""How far a motion of 12 frames a second that is brought to 30 is from one that was recorded at
-120: python -m benchmarks.resampling
+"""Measure the error of motions at 12 frames per second that are resampled to 30.
 
-CMU's BVH recordings (120 Hz) brought to 12 and from there to 30, against the same recordings at 30,
-by several interpolations.
+python -m benchmarks.resampling. CMU's BVH recordings (120 Hz) are brought to 12 Hz and from there
+to 30 Hz, and compared with the same recordings at 30 Hz, for several interpolations.
 """
 
 from __future__ import annotations
@@ -71,12 +70,12 @@ def measure(clip: Motion) -> dict[str, tuple[float, ...]]:
 
 
 def speed(joints: FloatArray) -> FloatArray:
-    """Meters a second of every joint between frames."""
+    """Return the speed of every joint between frames, meters per second."""
     return np.linalg.norm(np.diff(joints, axis=0), axis=-1) * HIGH
 
 
 def jitter(joints: FloatArray) -> float:
-    """Mean size of the third difference."""
+    """Return the mean size of the third difference."""
     return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean())
 
 

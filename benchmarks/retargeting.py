@@ -1,10 +1,10 @@
-"""Retargeting measured on real clips: joint error, foot skating, penetration, before and after the
-contact clean-up.
+"""Measure retargeting on real clips: joint error, foot skating and penetration.
 
-    python -m benchmarks.retargeting [--clips 20] [--seed 0] [--out table.md]
+python -m benchmarks.retargeting [--clips 20] [--seed 0] [--out table.md]
 
-Needs ``humanact12.zip``, ``cmu_mocap.zip``, ``cmu_bvh.zip`` and ``motions`` in ``$A2V_DATA``
-(default ``../shared/data``); what is missing is left out.
+All are measured before and after the contact clean-up. The data are ``humanact12.zip``,
+``cmu_mocap.zip``, ``cmu_bvh.zip`` and ``motions`` in ``$A2V_DATA`` (default ``../shared/data``);
+missing sets are left out.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ COLUMNS = ("error", "plain_error", "skating", "penetration", "hover")
 
 
 def sources(data: Path, count: int, seed: int) -> Iterator[tuple[str, list[Motion]]]:
-    """Name and clips of each set that is there."""
+    """Return the name and the clips of each available set."""
     random = np.random.default_rng(seed)
     for name, file, load in (
         ("HumanAct12", "humanact12.zip", load_humanact12),

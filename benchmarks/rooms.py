@@ -33,7 +33,7 @@ _CHANGED = 8
 _HOLE = 10
 """Pixels around the person that belong to the hole."""
 _TALL = 1.7
-"""Meters."""
+"""Height of the person, meters."""
 
 
 def psnr(one: ByteArray, other: ByteArray, where: BoolArray) -> float:
@@ -82,7 +82,7 @@ def walks(case: RoomCase, picture: ByteArray) -> tuple[float, float, tuple[float
 
 
 def _small(mask: FloatArray, frame: tuple[int, ...], side: int) -> BoolArray:
-    """A mask of the photo over its square with `side` pixels."""
+    """Return a mask of the photo over its square with `side` pixels."""
     import cv2
 
     whole = cv2.resize(square_mask(mask, frame), (side, side), interpolation=cv2.INTER_AREA)

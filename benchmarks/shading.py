@@ -47,7 +47,7 @@ class Row:
 
 
 def measure(case: Case, subject: Subject, fit: FitResult, shape: Reconstruction) -> Row:
-    """One photo; perception, fit and shape as the pipeline makes them."""
+    """Measure one photo; perception, fit and shape are those of the pipeline."""
     made = [
         color_by_photo(
             shape, subject, fit.body, fit.camera, settings=ColorSettings(texture=0, delight=delight)
@@ -96,7 +96,8 @@ def _true_albedo(
 
 
 def _against(colors: FloatArray, true: FloatArray) -> tuple[float, float]:
-    """Relative error of linear colors (n, 3), and PSNR of sRGB, both after a gain by channel."""
+    """Return the relative error of linear colors (n, 3), and PSNR of sRGB, after a gain per
+    channel."""
     mine, wanted = srgb_to_linear(colors), srgb_to_linear(true)
     gained = mine * ((mine * wanted).sum(axis=0) / (mine**2).sum(axis=0))
     error = float(np.sqrt(((gained - wanted) ** 2).sum() / (wanted**2).sum()))

@@ -47,11 +47,12 @@ WISH = {
     "spp": 1,
     "views": ["front"],
 }
-"""The smallest video that there is."""
+"""The smallest possible video."""
 DISK_BYTES = 900 << 20
 WARM_SECONDS = 120.0
 SETTLED_SECONDS = 140.0
-"""After a removal, until what stopped computations left is gone (`pipelines.serve.desk`)."""
+"""Seconds after a removal until the remains of stopped computations are gone
+(`pipelines.serve.desk`)."""
 RUBBISH: tuple[object, ...] = (
     None,
     [],
@@ -70,7 +71,7 @@ RUBBISH: tuple[object, ...] = (
 
 @contextlib.contextmanager
 def small_disk(folder: Path) -> Iterator[bool]:
-    """A file system of `DISK_BYTES` at `folder`; tells whether it is one."""
+    """Mount a file system of `DISK_BYTES` at `folder`; return whether it worked."""
     folder.mkdir(parents=True, exist_ok=True)
     mounted = (
         subprocess.run(
@@ -86,7 +87,7 @@ def small_disk(folder: Path) -> Iterator[bool]:
 
 
 class Client(threading.Thread):
-    """Somebody who does one thing after another, drawn with a seed, until told to stop.
+    """A client that does one thing after another, drawn with a seed, until it is stopped.
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ class Client(threading.Thread):
         }
 
     def run(self) -> None:
-        """Act."""
+        """Run the client."""
         while time.monotonic() < self._until:
             act = self._draw.choices(list(self._acts), list(self._acts.values()))[0]
             try:
@@ -139,7 +140,7 @@ class Client(threading.Thread):
         return found
 
     def _photo(self) -> bytes:
-        """The sample in one of twelve sizes, or noise."""
+        """Return the sample in one of twelve sizes, or noise."""
         buffer = io.BytesIO()
         side = 300 + 10 * self._draw.randrange(12)
         image = (
@@ -165,8 +166,8 @@ class Client(threading.Thread):
             )
 
     def _spared(self, jobs: list[dict[str, Any]]) -> set[str]:
-        """Mostly the video that is made now and its photo, because no video would ever be finished
-        otherwise."""
+        """Return the video in progress and its photo, except rarely, so that some video is
+        finished."""
         queue = sorted(
             (job for job in jobs if job["status"] in ("waiting", "running")),
             key=lambda job: float(job["created"]),
@@ -252,7 +253,7 @@ class Client(threading.Thread):
             if self._draw.random() < 0.5:
                 self._tell("download", self._server.ask(f"jobs/{job['id']}/all.zip")[0])
                 return
-            with self._connect() as wire:  # asks and does not read
+            with self._connect() as wire:  # sends a request and does not read the answer
                 wire.sendall(
                     f"GET /{self._server.token}/jobs/{job['id']}/all.zip HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode()
                 )
@@ -261,12 +262,12 @@ class Client(threading.Thread):
 
 
 def resident(server: Server) -> float:
-    """Memory of the server itself, MB."""
+    """Return the memory of the server itself, MB."""
     return float(psutil.Process(server.process.pid).memory_info().rss / 1e6)
 
 
 def kill_one(server: Server, draw: random.Random) -> str:
-    """Kill a process below the server, as the system does where the memory is used up."""
+    """Kill a process below the server, as the system does if memory runs out."""
     children = psutil.Process(server.process.pid).children(recursive=True)
     if not children:
         return ""
@@ -278,7 +279,7 @@ def kill_one(server: Server, draw: random.Random) -> str:
 
 
 def fill(folder: Path, seconds: float) -> None:
-    """Leave no space for so long."""
+    """Leave no free space for `seconds`."""
     path = folder / "filler"
     with contextlib.suppress(OSError), path.open("wb") as stream:
         while True:
@@ -292,7 +293,7 @@ def fill(folder: Path, seconds: float) -> None:
 
 
 def wait_for(true: Callable[[], Any], seconds: float) -> bool:
-    """Whether something becomes true within so many seconds."""
+    """Return whether something becomes true within some seconds."""
     until = time.monotonic() + seconds
     while not (found := true()) and time.monotonic() < until:
         time.sleep(0.5)
@@ -300,8 +301,7 @@ def wait_for(true: Callable[[], Any], seconds: float) -> bool:
 
 
 def afterwards(server: Server, folder: Path) -> dict[str, Any]:
-    """What has to hold after the storm: it answers and lists, everybody can be removed and is gone
-    then, and a video is made."""
+    """Check the page afterwards: it answers and lists, removes everybody, and makes a video."""
     state = server.state()
     listed = {
         kind: {path.name for path in (folder / "page" / kind).iterdir()}
@@ -343,7 +343,7 @@ def afterwards(server: Server, folder: Path) -> dict[str, Any]:
 
 
 def seconds_to_end(server: Server) -> float | None:
-    """After SIGTERM, or None where it has not ended within half a minute."""
+    """Return the exit code after SIGTERM, or None if it has not ended within half a minute."""
     begun = time.monotonic()
     try:
         server.end(signal.SIGTERM)
@@ -353,7 +353,7 @@ def seconds_to_end(server: Server) -> float | None:
 
 
 def storm(given: argparse.Namespace, server: Server, folder: Path, mounted: bool) -> dict[str, Any]:
-    """Let them all loose; figures."""
+    """Run all clients; return the figures."""
     begun = time.monotonic()
     until, figures = begun + 60 * given.minutes, Counter[str]()
     draw = random.Random(given.seed)
@@ -399,7 +399,7 @@ def storm(given: argparse.Namespace, server: Server, folder: Path, mounted: bool
 
 
 def main() -> int:
-    """Run it and print what happened."""
+    """Run it and print the figures."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

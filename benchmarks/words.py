@@ -57,11 +57,11 @@ class Row:
 
     @property
     def may_refuse(self) -> bool:
-        """Whether a refusal is as good."""
+        """Whether a refusal is accepted."""
         return any("refuse" in step for way in self.accepted for step in way)
 
     def servable(self, actions: Sequence[str]) -> bool:
-        """Whether everything that it takes is among `actions`."""
+        """Whether all of its accepted steps use only `actions`."""
         return any(
             all(any(_is(action, step) for action in actions) for step in way)
             for way in self.accepted
@@ -96,7 +96,7 @@ def read_rows(name: str = "words.csv") -> list[Row]:
 
 
 def verdict(row: Row, resolve: Resolver, actions: Sequence[str]) -> tuple[str, str]:
-    """One of "served", "refused right", "refused" and "wrong", and what came out."""
+    """Return the verdict ("served", "refused right", "refused" or "wrong") and the result."""
     try:
         steps = resolve(row.prompt)
     except InputError as error:

@@ -115,11 +115,11 @@ class WindowGraph(nn.Module):
         bone_lengths : (B, J)
             Native units.
         measure, gain : (K, D)
-            Constraints (`a2v.motion.steer`): the linear measurement of a code, and how a code moves
-            for a miss, as in a Kalman filter.
+            Constraints (`a2v.motion.steer`): the linear measurement of a code, and the gain that
+            corrects a code by the error of its measurement, as in a Kalman filter.
         goal : (B, K) or (1, K)
-            Target of the measurement. None: no constraints, for which the file has one constraint
-            of zeros.
+            Target of the measurement. None: no constraints. The exported graph then has a single
+            constraint of zeros.
         """
         moved = (context - context[:, :1, :1]) / self.meters_per_unit
         heading = self._heading(moved, has_context)

@@ -54,8 +54,10 @@ def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Ten
 
 
 def _keeps_turns(model: MotionVAE) -> bool:
-    """Whether the decoded rotation vectors are those of a motion: not if there are none, or if
-    chains start from W_0 instead of the identity."""
+    """Whether the decoded rotation vectors are those of a motion.
+
+    They are not if there are none, or if chains start from W_0 instead of the identity.
+    """
     return model.settings.decoder != "plain" and not model.settings.root_rotation
 
 

@@ -26,7 +26,7 @@ from export.storage import round_to_stored, save_model, shrink
 
 
 class MapsGraph(nn.Module):
-    """The part that depends on the photo alone."""
+    """The part of the networks that depends only on the photo."""
 
     def __init__(self, shape: Shape, detail: Detail, painter: Painter) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ class MapsGraph(nn.Module):
     def forward(
         self, photo: Tensor, photo_half: Tensor, guide: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Features, maps, fine features and features for colors."""
+        """Return features, maps, fine features and features for colors."""
         features, maps = self.shape.encoder(photo_half, guide)
         return (
             features,
@@ -46,7 +46,7 @@ class MapsGraph(nn.Module):
 
 
 class FieldGraph(nn.Module):
-    """Signed distance of points, fine and coarse."""
+    """The signed distance of points, coarse and fine."""
 
     def __init__(self, shape: Shape, detail: Detail) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class FieldGraph(nn.Module):
         guide_distance: Tensor,
         guide_normals: Tensor,
     ) -> tuple[Tensor, Tensor]:
-        """Distances (1, N), meters."""
+        """Return distances (1, N), meters."""
         values = point_values(maps, guide, place, depth, guide_distance, guide_normals)
         coarse, context = self.coarse(features, values, place)
         return self.fine(fine, place, coarse, context, values), coarse

@@ -43,19 +43,19 @@ def retune(
     Raises
     ------
     InputError
-        The file is no window flow, is not guided or has no temperature (a temperature of 1 is not
-        in the graph), a number is out of range, or an action is unknown.
+        The file is not a window flow, is not guided or has no temperature (a temperature of 1 is
+        not in the graph), a number is out of range, or an action is unknown.
     """
     demand_temperature(temperature)
     proto = onnx.load(os.fspath(source))
     entry = next((item for item in proto.metadata_props if item.key == "a2v"), None)
     said = json.loads(entry.value) if entry else {}
     if entry is None or said.get("format") != WINDOW_FORMAT:
-        raise InputError(f"{source} is no window flow of a2v")
+        raise InputError(f"{source} is not a window flow of a2v")
     if not guidance >= 0 or guidance == 1:
         raise InputError(
-            f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the "
-            "graph is another one"
+            f"guidance is {guidance}; expected a number of at least 0, but not 1: a model "
+            "without guidance has another graph"
         )
     own = dict(said.get("temperature_factors", {}) if factors is None else factors)
     if unknown := sorted(set(own) - set(said["actions"])):

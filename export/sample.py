@@ -274,7 +274,10 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 
 
 def bone_rotmats(rotations: np.ndarray, chains: list[list[int]]) -> dict[int, np.ndarray]:
-    """World rotations (T, 3, 3) of bones by the joint where each ends; identity for the root."""
+    """Return world rotations (T, 3, 3) of bones by the joint where each ends.
+
+    The root's is the identity.
+    """
     local = rotvec_to_rotmat(rotations.astype(np.float64))
     world_rotmat = {0: np.tile(np.eye(3), (len(rotations), 1, 1))}
     for chain in chains:

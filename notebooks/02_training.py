@@ -37,6 +37,7 @@ from IPython.display import display
 
 from a2v.lab.datasets import ClipSampler, load_dataset
 from a2v.lab.datasets.generated import generated_dataset
+from a2v.lab.evaluation.monitor import generator_of_vae
 from a2v.lab.motion.flow import FlowSettings
 from a2v.lab.motion.flow_training import train_flow
 from a2v.lab.motion.losses import vae_losses
@@ -46,7 +47,6 @@ from a2v.lab.motion.vae import MotionVAE, shifted
 from a2v.motion import MotionModel
 from a2v.rendering.stickfigure import StickSettings, plot_rows
 from export.flow import Sampling, export_flow
-from export.motion import export_motion
 
 warnings.simplefilter("ignore")  # of torch's exporter, about its own future
 logging.getLogger("torch.onnx").setLevel(logging.ERROR)
@@ -193,7 +193,7 @@ for name, mine, theirs in zip(library._fields, by_hand, library, strict=True):
 DECODER = "glmi-m"
 rows, models = {}, {}
 settings = TrainSettings(
-    iterations=4 if SMALL else 40, batch_size=8, threads=1, device="cpu",
+    iterations=4 if SMALL else 24, batch_size=8, threads=1, device="cpu",
     learning_rate=2e-3, schedule="cosine", log_every=1 if SMALL else 2,
 )  # fmt: skip
 for kind in ("learned", "fixed"):
@@ -263,7 +263,7 @@ plt.gca().set(xlabel="s", ylabel="x", title="from noise to the codes -1 and 1")
 # %%
 flow_settings = FlowSettings(
     code_size=24 if SMALL else 96, context_size=16, width=64 if SMALL else 128, blocks=2,
-    iterations=10 if SMALL else 200, batch_size=128, pool=300 if SMALL else 600, threads=1,
+    iterations=10 if SMALL else 120, batch_size=128, pool=300 if SMALL else 400, threads=1,
     device="cpu", log_every=2 if SMALL else 10,
 )  # fmt: skip
 losses = []
@@ -279,18 +279,24 @@ plt.gca().set(title="flow: error of the velocity", xlabel="iteration", ylim=(0, 
 
 # %% [markdown]
 # ## One file for every use
-# Each model becomes an ONNX file that describes itself. `MotionModel`, `a2v motion` and
-# `export/sample.py` (numpy and onnxruntime only) read it.
+# A model becomes an ONNX file that describes itself. `MotionModel`, `a2v motion` and
+# `export/sample.py` (numpy and onnxruntime only) read it. `export_motion(models["learned"], data,
+# "vae.onnx", license=...)` does the same for the VAE, which is sampled in torch here.
 
 # %%
-export_motion(models["learned"], data, folder / "vae.onnx", license="a demonstration")
 sampling = Sampling(steps=2 if SMALL else 8, guidance=1.0)
 export_flow(flow, data, folder / "flow.onnx", license="a demonstration", sampling=sampling)
-clips = [MotionModel.load("humanact12").sample("walk", seed=4)]
-for name in ("flow", "vae"):
-    exported = MotionModel.load(folder / f"{name}.onnx")
-    clips.append(exported.sample("walk", seed=4))
-    print(f"{name}.onnx: {exported.path.stat().st_size / 1e6:.1f} MB, {exported.card.decoder}")
+exported = MotionModel.load(folder / "flow.onnx")
+print(f"flow.onnx: {exported.path.stat().st_size / 1e6:.1f} MB, {exported.card.decoder}")
+drawn = generator_of_vae(models["learned"], data)(
+    np.array([1]), data.clip_bone_lengths[:1], np.random.default_rng(4)
+)
+by_vae = dataclasses.replace(data.subset([0]), joints=(data.frame.flip(drawn[0]),)).motion(0)
+clips = [
+    MotionModel.load("humanact12").sample("walk", seed=4),
+    exported.sample("walk", seed=4),
+    by_vae,
+]
 titles = ["shipped", "flow, this page", "VAE, this page"]
 display(plot_rows(clips, titles=titles, poses=8, settings=StickSettings(size=150)))
 

@@ -38,7 +38,7 @@ from pipelines.run import run
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
-SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (192, 12, 4)
+SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (128, 8, 4)
 
 store = Store()
 parameters = video_parameters(store, "../a2v/samples/person.jpg", "Jump", frames=FRAMES)
@@ -109,7 +109,7 @@ shown(
 # %%
 samples = (1, 2, 4) if SMALL else (1, 4, 16)
 view = vertices[middle], cameras["front"][middle]
-reference = renderer.layers(*view, spp=32 if SMALL else 100, seed=99).color
+reference = renderer.layers(*view, spp=32 if SMALL else 64, seed=99).color
 noise = [
     float(np.sqrt(np.mean((renderer.layers(*view, spp=count).color - reference) ** 2)))
     for count in samples
@@ -167,7 +167,7 @@ shown(pictures, ["stage", "#30506f", "image", f"transparent: {pictures[-1].shape
 # `turntable` is a view like the others. Its camera goes once around while the character moves.
 
 # %%
-count = 4 if SMALL else 12
+count = 4 if SMALL else 8
 still = np.repeat(vertices[middle][None], count, axis=0)
 around = follow_cameras(still, RenderSettings(views=("turntable",)))["turntable"]
 frames = [renderer.render(cloud, camera) for cloud, camera in zip(still, around, strict=True)]
@@ -194,7 +194,7 @@ display(
 # %%
 wished = VideoRequest.of(
     photo="../a2v/samples/person.jpg", action="Walk", frames=max(FRAMES // 2, 6),
-    background="photo", from_photo=True, size=96 if SMALL else 192, spp=SPP,
+    background="photo", from_photo=True, size=96 if SMALL else 128, spp=SPP,
 ).resolve(store)  # fmt: skip
 stepped = run(["photo_frame"], graph=wished.graph, store=store, **wished.parameters)
 column = stepped.values["photo_frame"]

@@ -1,1 +1,1 @@
-"""The pipeline: store, nodes, graph, run, executors, the command line; thin over `a2v`."""
+"""Run the pipeline: store, nodes, graph, executors and the command line around `a2v`."""

@@ -1,8 +1,8 @@
-"""``python -m pipelines …`` is the command ``a2v …``."""
+"""``python -m pipelines …`` runs the command ``a2v …``."""
 
 import sys
 
 from pipelines.cli import main
 
-if __name__ == "__main__":  # worker processes import this module again
+if __name__ == "__main__":  # Worker processes import this module again.
     sys.exit(main())

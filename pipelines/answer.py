@@ -1,4 +1,4 @@
-"""What a command gives back: printed for people, or as one JSON object for scripts (``--json``)."""
+"""The result of a command: text for people, or one JSON object for scripts (``--json``)."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a command gave.
+    """The result of a command.
 
     Attributes
     ----------
     files : sequence of Path
-        What was written, the main one first.
+        Written files, the main one first.
     facts : mapping
-        What was found out, by name: what JSON can hold, paths and dataclasses.
+        Facts by name: JSON values, paths and dataclasses.
     notes : sequence of str
-        What the user should know of how it went.
+        Notes for the user.
     text : str or None
-        What people read instead of `files`, a path a line.
+        Text for people; without it the paths of `files`, one per line.
     code : int
         The exit code.
     error : str
-        Why `code` is not 0, a sentence.
+        One sentence about the reason if `code` is not 0.
     """
 
     files: Sequence[Path] = ()
@@ -40,12 +40,14 @@ class Answer:
     error: str = ""
 
     def for_people(self) -> str:
-        """What is printed on standard output."""
+        """Return the text for standard output."""
         return "\n".join(map(str, self.files)) if self.text is None else self.text
 
     def as_json(self, command: str) -> str:
-        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes``, the facts, and
-        ``error`` where something is wrong."""
+        """Return one JSON object: ``command``, ``exit_code``, ``files``, ``notes`` and the facts.
+
+        It has ``error`` too if something is wrong.
+        """
         known = {
             "command": command,
             "exit_code": self.code,
@@ -57,12 +59,12 @@ class Answer:
 
 
 def failure_as_json(command: str, message: str, code: int) -> str:
-    """One JSON object: ``command``, ``exit_code`` and ``error``, a sentence."""
+    """Return one JSON object with ``command``, ``exit_code`` and the sentence ``error``."""
     return json.dumps({"command": command, "exit_code": code, "error": message}, indent=2)
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON: dataclasses and mappings as objects, paths as text."""
+    """Return `value` as JSON: dataclasses and mappings as objects, paths as text."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {
             item.name: plain(getattr(value, item.name))
@@ -75,7 +77,7 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     if value is None or isinstance(value, str | bool):
         return value
-    if isinstance(value, numbers.Integral):  # numpy's too
+    if isinstance(value, numbers.Integral):  # includes numpy's scalars
         return int(value)
     if isinstance(value, numbers.Real):
         return float(value) if math.isfinite(value) else None  # JSON has neither NaN nor infinity

@@ -1,4 +1,4 @@
-"""Arguments of the command line: checks, and sentences about what is wrong with them."""
+"""Check the arguments of the command line, and describe what is wrong with them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from a2v.io import brief, shorten
 
 
 def of_no_kind(text: str) -> str:
-    """The sentence about a value that has none of the types of its option."""
+    """Return the message for a value that has none of the types of its option."""
     given = re.search(r"Given value: (.*)", text)
     kind = next(
         (
@@ -29,8 +29,10 @@ def of_no_kind(text: str) -> str:
 
 
 def gather_repeated(kind: type, given: Sequence[str]) -> list[str]:
-    """The arguments, with the further values of a repeated option joined into the option that its
-    ``more`` names."""
+    """Return the arguments with repeated options merged.
+
+    Further values of a repeated option go to the option that its ``more`` names.
+    """
     result = list(given)
     for name, field in _with_more(kind):
         places = [
@@ -51,7 +53,7 @@ def gather_repeated(kind: type, given: Sequence[str]) -> list[str]:
 
 
 def _with_more(kind: type) -> Iterator[tuple[str, str]]:
-    """Names of the options that may be repeated, and of the fields that take further values."""
+    """Return the options that may be repeated, and the fields that take their further values."""
     for item in dataclasses.fields(kind):
         if "group" in item.metadata:
             yield from _with_more(typing.get_type_hints(kind)[item.name])
@@ -65,11 +67,11 @@ def check_typed(kind: type, given: Sequence[str]) -> None:
     for place, argument in enumerate(given):
         name, together, value = argument.partition("=")
         if name in names and (value if together else given[place + 1 : place + 2]) in ("-", ["-"]):
-            raise InputError(f"{name} - would read standard input; give a YAML file")
+            raise InputError(f"{name} cannot read standard input (-); give a YAML file")
 
 
 def _settings_of(kind: type) -> Iterator[str]:
-    """The options of a dataclass that take a file of settings."""
+    """Return the options of a dataclass that take a file of settings."""
     for item in dataclasses.fields(kind):
         if "settings" in item.metadata:
             yield f"--{item.name}"
@@ -78,8 +80,7 @@ def _settings_of(kind: type) -> Iterator[str]:
 
 
 def check_numbers(found: jsonargparse.Namespace) -> None:
-    """Demand that every number is finite, and that every option which is a seed lies where numpy
-    and the renderer take it."""
+    """Require finite numbers, and seeds in the range of numpy and the renderer."""
     for name, value in found.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{with_hyphens(f'--{name}')} is {value}; expected a finite number")
@@ -91,5 +92,5 @@ def check_numbers(found: jsonargparse.Namespace) -> None:
 
 
 def with_hyphens(text: str) -> str:
-    """A text with hyphens in the names of options."""
+    """Return a text with hyphens in the names of options."""
     return re.sub(r"--[\w.]+", lambda name: name[0].replace("_", "-"), text)

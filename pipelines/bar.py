@@ -1,5 +1,7 @@
-"""A bar for one long call of the library (the graph's nodes have theirs in
-`pipelines.engine.progress`)."""
+"""A progress bar for one long call of the library.
+
+The bars of the graph's nodes are in `pipelines.engine.progress`.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,10 @@ from a2v.types import Progress
 
 @contextmanager
 def bar(name: str, unit: str, *, hidden: bool = False) -> Iterator[Progress]:
-    """A bar on standard error with the time left, as a context whose value is the library's
-    ``progress(done, total)``."""
+    """Show a progress bar with the remaining time on standard error.
+
+    The value of the context is the ``progress(done, total)`` that the library calls.
+    """
     from tqdm import tqdm
 
     with tqdm(desc=name, unit=unit, file=sys.stderr, disable=hidden, mininterval=0.5) as shown:

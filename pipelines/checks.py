@@ -1,5 +1,4 @@
-"""What works on this machine: each check tries the real thing, small, and says what to do where it
-fails."""
+"""Check what works on this machine. Each check tries a small real case and gives advice."""
 
 from __future__ import annotations
 
@@ -23,21 +22,22 @@ from a2v.formats.gltf import compression
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
-"""``slow``: works, but worse than it could; ``missing``: an optional part is not there; ``fails``:
-what a video needs does not work."""
+"""States of a check.
+
+``slow``: works, but slower than possible; ``missing``: an optional part is not installed;
+``fails``: a part that a video needs does not work.
+"""
 
 MEMORY_NEEDED = 4 * 10**9
 DISK_NEEDED = 2 * 10**9
-"""Bytes that a video at the defaults wants free: memory of all processes, and disk for what is
-remembered."""
+"""Free memory and disk space, in bytes, that a video with default settings needs."""
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open", "open")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """What came of a check: `about` says what was seen, `advice` what to do (empty where nothing
-    is)."""
+    """The result of a check: `about` is what was found, `advice` what to do (may be empty)."""
 
     name: str
     status: Status
@@ -46,8 +46,7 @@ class Check:
 
 
 def run_checks(cache: str | None = None) -> Iterator[Check]:
-    """Every check in turn; one that raises is one that fails. `cache` is the store's folder, as
-    everywhere."""
+    """Run every check; one that raises an exception fails. `cache` is the folder of the store."""
     needed: dict[str, tuple[Callable[[], Check], str]] = {
         "libraries": (check_libraries, "install the system libraries that the message names"),
         "weights": (check_weights, "install a2v again: its wheel holds them"),
@@ -69,7 +68,7 @@ def run_checks(cache: str | None = None) -> Iterator[Check]:
         except (
             Exception,
             SystemExit,
-        ) as error:  # whatever a library raises where a part of it is missing
+        ) as error:  # Libraries raise any exception if a part of them is missing.
             told = (
                 str(error)
                 if isinstance(error, A2VError)
@@ -91,12 +90,15 @@ LIBRARIES = {
     "libOpenGL.so.0": "libopengl0",
     "libatomic.so.1": "libatomic1",
 }
-"""Libraries of the system that wheels need on Linux (open3d, opencv, mediapipe, pymeshlab, drjit),
-and the Debian package of each. Desktops have them; a bare server or container does not."""
+"""System libraries that wheels need on Linux, and the Debian package of each.
+
+open3d, opencv, mediapipe, pymeshlab and drjit load them. Desktop systems have them; a minimal
+server or a container does not.
+"""
 
 
 def check_libraries() -> Check:
-    """The libraries of the system that wheels do not bring are there."""
+    """Check the system libraries that the wheels do not include."""
     lost = []
     for name in LIBRARIES if sys.platform.startswith("linux") else ():
         try:
@@ -111,11 +113,13 @@ def check_libraries() -> Check:
             about=f"the system lacks {', '.join(lost)}",
             advice=f"apt-get install --no-install-recommends {packages} (Debian's names)",
         )
-    return Check(name="libraries", status="works", about="those that wheels do not bring")
+    return Check(
+        name="libraries", status="works", about="system libraries that the wheels do not include"
+    )
 
 
 def check_weights() -> Check:
-    """Every shipped network opens."""
+    """Check that every shipped network can be opened."""
     from a2v.motion import BUNDLED
     from a2v.motion.card import read_card
     from a2v.reconstruction.implicit import ImplicitModel
@@ -132,7 +136,7 @@ def check_weights() -> Check:
 
 
 def check_person() -> Check:
-    """Somebody is found on the sample photograph."""
+    """Check that a person is found on the sample photo."""
     from PIL import Image
 
     import a2v
@@ -152,7 +156,7 @@ def check_person() -> Check:
 
 
 def check_body() -> Check:
-    """The body model is there, compiled or ready to be."""
+    """Check that the body model is installed, and compiled or ready to be compiled."""
     from importlib.metadata import version
 
     from a2v.body.anny_data import FORMAT
@@ -171,7 +175,7 @@ def check_body() -> Check:
 
 
 def check_renderer() -> Check:
-    """Mitsuba renders, with LLVM where it can."""
+    """Check that Mitsuba renders, and whether it uses LLVM."""
     from a2v.rendering.variant import LLVM_VARIANT, activate, choose_variant
 
     variant, advice = choose_variant()
@@ -191,7 +195,7 @@ def check_renderer() -> Check:
 
 
 def check_denoiser() -> Check:
-    """Open Image Denoise smooths a noisy picture."""
+    """Check that Open Image Denoise reduces noise."""
     from a2v.rendering.denoising import Layers, denoise
 
     noisy = np.random.default_rng(0).random((32, 32, 3), np.float32)
@@ -200,12 +204,12 @@ def check_denoiser() -> Check:
         Layers(color=noisy, albedo=flat, normal=flat, alpha=np.ones((32, 32), np.float32))
     )
     if not clean.std() < noisy.std():
-        raise A2VError("Open Image Denoise left the noise as it was")
+        raise A2VError("Open Image Denoise did not reduce the noise")
     return Check(name="denoiser", status="works", about="Open Image Denoise")
 
 
 def check_encoders() -> Check:
-    """H.264 is written and read back."""
+    """Check that H.264 can be written and read."""
     from a2v.rendering.video import probe_video, write_video
 
     with tempfile.TemporaryDirectory() as folder:
@@ -217,7 +221,7 @@ def check_encoders() -> Check:
 
 
 def check_memory() -> Check:
-    """There is memory for a video at the defaults."""
+    """Check the memory for a video with default settings."""
     import psutil
 
     from pipelines.engine.executors import cpu_count
@@ -235,7 +239,7 @@ def check_memory() -> Check:
 
 
 def check_store(cache: str | None = None) -> Check:
-    """What is computed can be remembered."""
+    """Check that results can be stored."""
     from a2v.types import OrthographicCamera
     from pipelines.engine.store import Store
 
@@ -256,7 +260,7 @@ def check_store(cache: str | None = None) -> Check:
 
 
 def check_browser() -> Check:
-    """Something opens preview.html."""
+    """Check that a program can open preview.html."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if found is None and sys.platform.startswith("linux"):
         return Check(
@@ -277,11 +281,11 @@ EXTRAS = {
     "ray": ("ray", "runs nodes on a Ray cluster"),
     "notebooks": ("ipywidgets", "notebooks with widgets"),
 }
-"""Optional parts by their extra: a module that tells whether it is there, and what it does."""
+"""Optional parts by extra: a module that shows whether it is installed, and what it does."""
 
 
 def check_extras() -> Iterator[Check]:
-    """Which optional parts are installed."""
+    """Check which optional parts are installed."""
     from a2v.motion import page
 
     for extra, (module, about) in EXTRAS.items():
@@ -305,7 +309,7 @@ def check_extras() -> Iterator[Check]:
         about=about,
         advice="" if there else compression.PACKAGES.install_command,
     )
-    about, there = "a2v motion --page: motions made in the browser", page.PACKAGES.installed
+    about, there = "a2v motion --page: motions generated in the browser", page.PACKAGES.installed
     yield Check(
         name="page",
         status="works" if there else "missing",

@@ -1,19 +1,16 @@
-"""The command ``a2v``: find the module of a subcommand, run it, and turn errors into one line and
-an exit code.
+"""The command ``a2v``: run a subcommand, and turn errors into one line and an exit code.
 
 A command is a module of `pipelines.commands` or `pipelines.lab` with ``HELP`` (one line),
 ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`) and ``run(options) ->
-Answer``; only the requested
-module is imported, so that ``a2v --help`` is fast. ``a2v evaluate reconstruction`` is the module
-``evaluate_reconstruction``. A command that only groups such parts lists them in ``SUBCOMMANDS`` and
-has no ``Options``.
+Answer``. Only the requested module is imported, so that ``a2v --help`` is fast. ``a2v evaluate
+reconstruction`` is the module ``evaluate_reconstruction``. A command that only groups such parts
+lists them in ``SUBCOMMANDS`` and has no ``Options``.
 
 With ``--json``, standard output is one JSON object, also after a failure (`pipelines.answer`). Text
 for people goes to standard error.
 
-Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is
-missing that the user can add; 130 Ctrl-C; 141 the reader of the output has closed it; 143
-terminated.
+Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is missing
+that the user can add; 130 Ctrl-C; 141 the reader of the output has closed it; 143 terminated.
 """
 
 from __future__ import annotations
@@ -61,20 +58,19 @@ COMMANDS = {
     "doctor": "check what works on this machine",
     "completion": "print a completion script for a shell",
 }
-"""Commands by name, and what they do; one is there when its module is."""
+"""Commands by name, with a short description; a command is listed only if its module exists."""
 ROOMS = (f"{__package__}.commands", f"{__package__}.lab")
-"""Packages in which the modules of commands are: those of the product and those of the
-laboratory."""
+"""Packages with the modules of commands: those of the product and those of the laboratory."""
 
 
 JSON = "--json"
-"""What asks for one JSON object, anywhere behind ``a2v``."""
+"""Option that requests one JSON object, anywhere after ``a2v``."""
 TERMINATED = 143
 """The exit code after SIGTERM."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; returns the exit code."""
+    """Run a command and return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     as_json = JSON in arguments and not {"-h", "--help", "--help-all", "--help-lab"} & set(
         arguments
@@ -82,9 +78,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = [argument for argument in arguments if argument != JSON]
     if (
         not sys.warnoptions and argv is None
-    ):  # libraries' warnings are for developers: python -W default shows them
+    ):  # Warnings of libraries are for developers; python -W default shows them.
         warnings.simplefilter("ignore")
-        os.environ.setdefault("PYTHONWARNINGS", "ignore")  # in worker processes too
+        os.environ.setdefault("PYTHONWARNINGS", "ignore")  # Also in worker processes.
     before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
     try:
         with _only_json(whole=argv is None) if as_json else contextlib.nullcontext():
@@ -118,8 +114,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _only_json(*, whole: bool) -> Iterator[None]:
-    """Send what is printed in the block to standard error; of the `whole` program also what
-    libraries and children print."""
+    """Send the output of the block to standard error.
+
+    If this is the `whole` program, the output of libraries and child processes is included.
+    """
     if not whole:
         with contextlib.redirect_stdout(sys.stderr):
             yield
@@ -144,13 +142,12 @@ def _say(answer: Answer, arguments: Sequence[str], as_json: bool) -> None:
 
 
 def _sentence(error: BaseException) -> tuple[str, int] | None:
-    """What is said of an error that its user can do something about, and the exit code; None for a
-    defect."""
+    """Return the message and the exit code of an error that the user can fix; None for a defect."""
     if isinstance(error, A2VError):
         return str(error), 2
     if isinstance(error, KeyboardInterrupt):
         return (
-            "interrupted; what was finished is remembered, the same command goes on from there",
+            "interrupted; finished results are kept; the same command resumes",
             130,
         )
     if not isinstance(error, OSError):
@@ -166,24 +163,26 @@ def _sentence(error: BaseException) -> tuple[str, int] | None:
 
 
 def _run_as_program(arguments: list[str]) -> Answer:
-    """Run in a process of our own: nothing in the working folder is executed, here or in children,
-    and caches stay with ours."""
+    """Set up a program of its own: it and its children run no code of the working folder.
+
+    Files that this process creates belong to its user.
+    """
     sys.path[:] = import_folders()
     for stream in (
         sys.stdout,
         sys.stderr,
-    ):  # what a terminal's encoding has not is written as an escape
+    ):  # Characters that the terminal's encoding lacks are written as escapes.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
         Path.cwd()
-    except OSError as error:  # libraries would end the process
+    except OSError as error:  # Libraries would end the process.
         raise InputError(
             f"the working folder cannot be used ({error.strerror}); change to one that exists"
         ) from None
     if Path(
         ".numba_config.yaml"
-    ).exists():  # it may name the folder of a cache, and Numba unpickles what is there
+    ).exists():  # It may name the folder of a cache, and Numba unpickles what it finds there.
         raise InputError(
             "the working folder holds a .numba_config.yaml, by which Numba could run code from "
             "there; remove it or start in another folder"
@@ -195,27 +194,29 @@ def _run_as_program(arguments: list[str]) -> Answer:
 
 
 class _Printable(io.TextIOBase):
-    """Standard output without what steers a terminal: names of actions, joints and files come from
-    outside."""
+    """Standard output without terminal control codes.
+
+    Names of actions, joints and files come from outside.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write the text in its printable form."""
+        """Write the text with unprintable characters escaped."""
         self._stream.write(printable(text))
         return len(text)
 
     def flush(self) -> None:
-        """Flush what stands behind."""
+        """Flush the wrapped stream."""
         self._stream.flush()
 
     def isatty(self) -> bool:
-        """Whether a terminal stands behind."""
+        """Return whether the wrapped stream is a terminal."""
         return self._stream.isatty()
 
     def fileno(self) -> int:
-        """The file descriptor."""
+        """Return the file descriptor of the wrapped stream."""
         return self._stream.fileno()
 
 
@@ -224,12 +225,12 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 
 
 _LONGEST = 1200
-"""Characters of a sentence at most."""
+"""Maximum number of characters of a message."""
 
 
 def _fail(message: str, code: int, arguments: Sequence[str], as_json: bool) -> int:
     sentence = printable(" ".join(message.split()))
-    if len(sentence) > _LONGEST:  # it quotes what was given, and ends with what to do
+    if len(sentence) > _LONGEST:  # It begins with the input and ends with the advice.
         sentence = f"{sentence[: _LONGEST // 2]} … {sentence[-_LONGEST // 2 :]}"
     print(f"a2v: {sentence}", file=sys.stderr)
     if as_json:
@@ -244,25 +245,25 @@ def _failure(arguments: Sequence[str], sentence: str, code: int) -> str:
 
 
 def _command_name(arguments: Sequence[str]) -> str:
-    """What was asked for: "video", "train flow"; empty where it is no command."""
+    """Return the requested command: "video", "train flow"; empty if there is none."""
     return (
         _own_command(arguments[0], arguments[1:]) if arguments and arguments[0] in COMMANDS else ""
     )
 
 
 def available() -> dict[str, str]:
-    """The commands of this installation and what they do."""
+    """Return the installed commands and their descriptions."""
     return {name: text for name, text in COMMANDS.items() if module_of(name)}
 
 
 def module_of(command: str) -> str:
-    """The module of a command such as "video" or "train flow"; "" where there is none."""
+    """Return the module of a command such as "video" or "train flow"; "" if there is none."""
     names = (f"{room}.{command.replace(' ', '_')}" for room in ROOMS)
     return next((name for name in names if importlib.util.find_spec(name)), "")
 
 
 def every_command() -> tuple[str, ...]:
-    """All commands, those with a second word too: "train flow", "video"."""
+    """Return all commands, including those of two words such as "train flow"."""
     stems = (
         one.name
         for room in ROOMS
@@ -274,7 +275,7 @@ def every_command() -> tuple[str, ...]:
 
 
 def load_command(command: str) -> ModuleType:
-    """The module of a command such as "video" or "train flow"."""
+    """Import the module of a command such as "video" or "train flow"."""
     return importlib.import_module(module_of(command))
 
 
@@ -309,8 +310,11 @@ def _run(arguments: list[str]) -> Answer:
 
 
 def _own_command(name: str, arguments: Sequence[str]) -> str:
-    """The command, or "command what" where what is asked for has options of its own (the module
-    ``command_what``)."""
+    """Return the name of the command whose options apply.
+
+    That is "name part" if the first argument is a part with a module ``name_part``, such as
+    "train flow", and else `name`.
+    """
     what = arguments[0] if arguments else ""
     if what.isidentifier() and module_of(f"{name} {what}"):
         return f"{name} {what}"
@@ -318,12 +322,14 @@ def _own_command(name: str, arguments: Sequence[str]) -> str:
 
 
 def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str]) -> Answer:
-    """Show what the command consists of; an error if something else was asked for."""
+    """Show the parts of the command; refuse any other part."""
     from pipelines.answer import Answer
 
     if arguments and arguments[0] not in ("-h", "--help", "--help-all", "--help-lab"):
         raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
-    usage = f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)"
+    usage = (
+        f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help describes one of them)"
+    )
     text = f"{usage}\n\n{command.HELP}\n\n{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}"
     if arguments:
         print(text)
@@ -345,9 +351,9 @@ def _listed(commands: Mapping[str, str]) -> str:
 
 
 def _overview(commands: Mapping[str, str]) -> str:
-    return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help tells more)
+    return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help describes one command)
 
-From an action's name and one photograph to a video of that person doing the action, in 3D.
+Make a 3D video of a person from one photo and the name of an action.
 
 {_listed(commands)}
 

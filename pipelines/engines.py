@@ -1,5 +1,4 @@
-"""Options of what game engines want beside a character's file: coarser copies and compression, and
-the files that they make."""
+"""Options for game engines: coarser copies and compression, and the files that they make."""
 
 from __future__ import annotations
 
@@ -14,17 +13,17 @@ from a2v.types import Character
 from pipelines.options import option
 
 COMPRESSED_QUALITY = 85
-"""Of the pictures in compressed files, per cent of JPEG."""
+"""JPEG quality of the pictures in compressed files, per cent."""
 QUALITY = 92
-"""Of the pictures in others."""
+"""JPEG quality of the pictures in other files."""
 
 Write = Callable[[Path, Character, int], None]
-"""Writes a character to a .glb with pictures of a quality."""
+"""Writes a character to a .glb with pictures of a given quality."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EngineOptions:
-    """Copies for other distances, and smaller files."""
+    """Copies for larger distances, and smaller files."""
 
     lods: str = option(
         "numbers of triangles, separated by commas; each gives a coarser copy NAME_lod1.glb...",
@@ -38,11 +37,11 @@ class EngineOptions:
 
     @property
     def plain(self) -> bool:
-        """Whether nothing of it is asked for."""
+        """Whether none of these options is given."""
         return not self.lods and self.compress == "none"
 
     def check(self, path: Path) -> None:
-        """Refuse what cannot be, before minutes are spent.
+        """Check the options before a long computation.
 
         Raises
         ------
@@ -63,7 +62,7 @@ class EngineOptions:
             demand_compression()
 
     def levels(self) -> list[int]:
-        """Triangles of the copies.
+        """Return the numbers of triangles of the copies.
 
         Raises
         ------
@@ -79,7 +78,7 @@ class EngineOptions:
         return [EngineSettings(triangles=int(part)).triangles for part in parts]
 
     def write(self, path: Path, character: Character, write: Write) -> list[Path]:
-        """Write a character and its coarser copies; returns the paths, the first one's first."""
+        """Write a character and its coarser copies; return the paths, the full character first."""
         quality = QUALITY if self.compress == "none" else COMPRESSED_QUALITY
         written = []
         for number, triangles in enumerate([0, *self.levels()]):

@@ -1,4 +1,4 @@
-"""What the docstring of a settings class says of each field, for the help of its options."""
+"""Read the help of settings from the docstring of their class."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ _SECTION = "Attributes"
 
 
 def field_docs(kind: type) -> dict[str, str]:
-    """One line of text per field, out of the section ``Attributes`` of the class and of the classes
-    that it extends.
+    """Return one line of text per field, from the section ``Attributes`` of the class.
 
-    An entry is ``name : type`` with its text indented below it (numpydoc). Backquotes and the full
-    stop at the end are left out.
+    Base classes are included. An entry is ``name : type`` with its text indented below it
+    (numpydoc). Backquotes and the final period are left out.
     """
     found: dict[str, str] = {}
     for one in reversed(kind.__mro__):
@@ -22,7 +21,7 @@ def field_docs(kind: type) -> dict[str, str]:
 
 
 def summary(kind: type) -> str:
-    """The first paragraph of a class's docstring as one line without its full stop."""
+    """Return the first paragraph of a class's docstring as one line without its period."""
     return " ".join(inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[0].split()).removesuffix(
         "."
     )

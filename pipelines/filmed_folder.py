@@ -1,5 +1,7 @@
-"""``a2v motion --from-video FOLDER``: a folder of videos to a folder of BVH, from which `a2v train
-flow --dataset bvh` learns actions."""
+"""``a2v motion --from-video FOLDER``: convert a folder of videos to a folder of BVH files.
+
+`a2v train flow --dataset bvh` learns actions from them.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +16,13 @@ from pipelines.answer import Answer
 from pipelines.motion_film import FilmedOptions, Made
 
 MOST_VIDEOS = 2000
-"""Largest number of videos in a folder."""
+"""Maximum number of videos in a folder."""
 
 
 def videos_below(folder: str | os.PathLike[str]) -> list[tuple[Path, str]]:
-    """Find the videos in a folder and in its folders: path and action, sorted.
+    """Find the videos in a folder and its subfolders: path and action, sorted.
 
-    The action of a video is the name of the folder that it lies in.
+    The action of a video is the name of its folder.
 
     Raises
     ------
@@ -47,9 +49,9 @@ def follow_folder(
     *,
     rigged: bool,
 ) -> Answer:
-    """Follow the person in every video of a folder, and write OUT/ACTION/NAME.bvh.
+    """Track the person in every video of a folder, and write OUT/ACTION/NAME.bvh.
 
-    A video that cannot be followed is left out with a note.
+    A video without a trackable person is left out with a note.
 
     Parameters
     ----------
@@ -93,6 +95,6 @@ def follow_folder(
 
 
 def _plain(path: Path, videos: Sequence[tuple[Path, str]]) -> str:
-    """The stem of a video, with its suffix if another video there has the same stem."""
+    """Return the stem of a video, with its suffix if another video there has the same stem."""
     alike = [other for other, _ in videos if other.with_suffix("") == path.with_suffix("")]
     return path.stem if len(alike) == 1 else path.name.replace(".", "_")

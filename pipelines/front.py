@@ -1,9 +1,8 @@
-"""a2v in Python: a person out of a photo, motions, and videos of them. ``import a2v`` offers what
-is here, and imports it when it is used.
+"""a2v in Python: characters from photos, motions, and videos of them.
 
-This module stands above all layers: it is the one that both the library's name and the commands
-lead to. Requests, defaults, store and results are those of the commands (`pipelines.requests`,
-`pipelines.commands`).
+``import a2v`` offers these functions and imports this module when one is used. The module stands
+above all layers: both the library's name and the commands lead here. Requests, defaults, store and
+results are those of the commands (`pipelines.requests`, `pipelines.commands`).
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ Where = str | os.PathLike[str]
 
 @dataclass(frozen=True, kw_only=True)
 class _Running(RunOptions):
-    """How the front door runs a graph: as the commands do, but quietly unless somebody listens."""
+    """How these functions run a graph: like the commands, but without output unless requested."""
 
     quiet: bool = True
     listener: Listener | None = None
@@ -46,7 +45,7 @@ class _Running(RunOptions):
     def of(
         cls, progress: bool | Listener, cache: Where | None = None, workers: int | None = None
     ) -> _Running:
-        """Bars for True, silence for False, else whoever listens."""
+        """Return bars for True, nothing for False, else the given function."""
         listener = None if isinstance(progress, bool) else progress
         return cls(
             quiet=progress is not True,
@@ -57,7 +56,7 @@ class _Running(RunOptions):
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
-        """The listener, or bars."""
+        """The progress function, or bars."""
         if self.listener is not None:
             yield self.listener
             return
@@ -67,16 +66,17 @@ class _Running(RunOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionClip:
-    """What `make_motion` gives: a motion, and what it was asked for by.
+    """The result of `make_motion`: a motion and its request.
 
     Attributes
     ----------
     request : MotionRequest
-        What was asked for.
+        The request.
     motion : Motion
         The joints, as ``a2v motion`` writes them.
     understood : tuple of str
-        What the words of the action were taken for, a line a part that is not an action's own name.
+        Interpretation of the words of the action: one line per part that is not the name of an
+        action.
     """
 
     request: MotionRequest
@@ -84,8 +84,9 @@ class MotionClip:
     understood: tuple[str, ...] = ()
 
     def save(self, path: Where) -> Path:
-        """Write it as ``a2v motion --out`` does: ``.npz``, ``.bvh``, or stick figures as ``.mp4``,
-        ``.gif``, ``.png``.
+        """Write it as ``a2v motion --out`` does.
+
+        The formats are ``.npz``, ``.bvh``, and stick figures as ``.mp4``, ``.gif`` or ``.png``.
 
         Raises
         ------
@@ -98,19 +99,19 @@ class MotionClip:
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """What `make_character` gives: a character, and what it was asked for by.
+    """The result of `make_character`: a character and its request.
 
     Attributes
     ----------
     request : PersonRequest
-        What was asked for.
+        The request.
     character : Character
         The surface with its body and its binding, as frames show it; files for other tools have
         fewer triangles (``triangles=0``: all).
     notes : tuple of str
-        What was told of how it went: doubts about the photo, for instance.
+        Notes about the result, such as doubts about the photo.
     running : RunOptions
-        Where it was made, and its videos will be.
+        Where and how it was made; its videos use the same.
     """
 
     request: PersonRequest
@@ -129,15 +130,16 @@ class Person:
         license_url: str = "",
         **others: str,
     ) -> Path:
-        """Write the character with clips by name, as ``a2v character --out`` does (``a2v
-        reconstruct`` without clips).
+        """Write the character with clips by name, as ``a2v character --out`` does.
+
+        Without clips it is the file of ``a2v reconstruct``.
 
         Parameters
         ----------
         path : path
             ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
         motions : mapping of MotionClip
-            By the names that the clips get in the file.
+            Clips by their names in the file.
         rig, root_motion, author, license_url, others : the options of ``a2v character``
             Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and
             ``compress="meshopt"``; triangles and texture are `make_character`'s.
@@ -145,8 +147,8 @@ class Person:
         Raises
         ------
         InputError
-            No format has such a name, something is asked for that it cannot hold, or the file
-            cannot be written.
+            No format has this suffix, the format lacks a requested part, or the file cannot be
+            written.
         """
         target = Path(path)
         rigging = RigOptions(
@@ -183,7 +185,7 @@ def make_character(
     workers: int | None = None,
     **values: object,
 ) -> Person:
-    """Make the character of the person in a photo, or in several.
+    """Make the character of the person in one or several photos.
 
     Parameters
     ----------
@@ -211,7 +213,7 @@ def make_character(
         raise InputError("no photo given; name one, or several of the same person as photos=")
     if named := [path for path in given[1:] if "," in path]:
         raise InputError(
-            f"the name {named[0]} has a comma, which stands between further photos; rename it"
+            f"the name {named[0]} has a comma, and commas separate further photos; rename it"
         )
     if given[1:]:
         values["more"] = ",".join(given[1:])
@@ -235,7 +237,7 @@ def make_motion(
     cache: Where | None = None,
     **values: object,
 ) -> MotionClip:
-    """Make a motion of what is done, in words, or read one from a file.
+    """Make a motion from the name or description of an action, or read one from a file.
 
     Parameters
     ----------
@@ -273,11 +275,11 @@ def make_video(
     progress: bool | Listener = False,
     **values: object,
 ) -> Path:
-    """Make the video of a person in motion; gives its path.
+    """Make the video of a person in motion; return its path.
 
     Parameters
     ----------
-    person, motion : what `make_character` and `make_motion` gave
+    person, motion : results of `make_character` and `make_motion`
     path : path
         An ``.mp4``: the views side by side. Without a suffix a folder, which gets everything that
         ``a2v video --out`` writes.
@@ -308,7 +310,7 @@ def make_video(
         )
     if film.in_photo:
         raise InputError(
-            "the photo's own place is a video beside the others; give a folder instead of an .mp4"
+            "the background photo also writes photo.mp4; give a folder instead of an .mp4"
         )
     resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(
         Store(running.cache)

@@ -1,4 +1,4 @@
-"""The graph of a video: the only place that names its edges."""
+"""The graph of a video. No other module names its edges."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from pipelines.engine.graph import Step
 
 
 def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step, ...]:
-    """The steps from a photo (or several of one person) and an action (or a recorded motion) to the
-    video and the exports."""
+    """Steps from photos and an action or recorded motion to the video and exports."""
     from pipelines.nodes import animation, export, motion, place, rendering, subject
 
     return (
@@ -44,7 +43,7 @@ def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step,
 
 
 def _of_one_photo() -> tuple[Step, ...]:
-    """From the person in a photo to the colored surface."""
+    """Steps from the person in a photo to the colored surface."""
     from pipelines.nodes import body, reconstruction
 
     return (
@@ -59,7 +58,7 @@ def _of_one_photo() -> tuple[Step, ...]:
 
 
 def _of_several_photos() -> tuple[Step, ...]:
-    """The same from several photos of one person; `p` counts the further ones, `v` all of them."""
+    """The same steps for several photos; `p` counts the further ones, `v` all of them."""
     from pipelines.nodes import photos
 
     return (
@@ -79,6 +78,8 @@ def _of_several_photos() -> tuple[Step, ...]:
 
 
 def _views_of_a_pose(inputs: Mapping[str, Any]) -> int:
-    """The number of views, so that all views of one pose go to one worker, which moves the person
-    once for them."""
+    """Return the number of views.
+
+    So all views of one pose go to one worker, which deforms the character once for them.
+    """
     return max(1, len(getattr(inputs.get("render"), "views", ())))

@@ -1,4 +1,4 @@
-"""Files that come in, folders that results go to, and how a graph runs."""
+"""Input files, output folders, and how a graph runs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LOOK = RenderSettings()
 
 
 def check_writable(folder: str | os.PathLike[str]) -> Path:
-    """Make `folder` and check that files can be made in it, before minutes are spent.
+    """Make `folder` and check that files can be written to it, before a long computation.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def check_writable(folder: str | os.PathLike[str]) -> Path:
 
 
 def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | None:
-    """Take a user's file into the store; None stays None.
+    """Copy a user's file into the store; None stays None.
 
     Raises
     ------
@@ -127,7 +127,7 @@ class RunOptions:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
-        """Who hears how far a run is: bars on standard error."""
+        """Return the progress function: bars on standard error."""
         from pipelines.engine.progress import Bars
 
         bars = Bars(quiet=self.quiet)
@@ -137,7 +137,7 @@ class RunOptions:
             bars.close()
 
     def tell_times(self, outcome: Outcome) -> None:
-        """Say on standard error how long the nodes took, unless quiet."""
+        """Print the times of the nodes on standard error, unless quiet."""
         from pipelines.report import table
 
         if not self.quiet:

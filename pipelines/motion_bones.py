@@ -13,7 +13,7 @@ from a2v.types import Motion
 
 
 def bone_scale(text: float | str) -> float | dict[str, float]:
-    """The option --bone-scale: a number, or names with numbers.
+    """Parse the option --bone-scale: a number, or names with numbers.
 
     Raises
     ------
@@ -35,12 +35,12 @@ def bone_scale(text: float | str) -> float | dict[str, float]:
 
 
 def first_frames(path: str, frames: int | None) -> Motion:
-    """The first `frames` poses of a motion file's (first) clip; all of them for None.
+    """Return the first `frames` poses of the first clip of a motion file; all of them for None.
 
     Raises
     ------
     InputError
-        The file is unreadable, or has not so many frames.
+        The file is unreadable, or has fewer frames.
     """
     motion = read_motion(path)
     if motion.batch:
@@ -53,8 +53,10 @@ def first_frames(path: str, frames: int | None) -> Motion:
 
 
 def own_bones(model: MotionModel, bones: str | None, scale: float | str) -> np.ndarray | None:
-    """Bone lengths (J,) in native units of the person in the file --bones, times --bone-scale; None
-    without a file."""
+    """Return the bone lengths (J,) of the person in the file --bones, times --bone-scale.
+
+    They are in native units. The result is None without a file.
+    """
     if bones is None:
         return None
     unit = model.card.meters_per_unit

@@ -20,7 +20,7 @@ from pipelines.requests.motion import FOLLOW_USERS, PlanOptions, length_of
 
 @dataclass(frozen=True, kw_only=True)
 class FilmedOptions:
-    """A video that gives the motion."""
+    """Options for a video that gives the motion."""
 
     from_video: str | None = option(
         f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a "
@@ -43,8 +43,9 @@ class Made:
 def follow_video(
     filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]
 ) -> Made:
-    """The motion of a video in the tempo of `edit`; the whole video if no length is given.
-    `others`: given options that do not belong to a video.
+    """Return the motion of a video in the tempo of `edit`; of the whole video without a length.
+
+    `others` are given options that cannot be combined with a video.
 
     Raises
     ------
@@ -62,12 +63,12 @@ def follow_video(
     ]
     if others:
         raise InputError(
-            f"{others[0]} cannot be given with from_video; the person in the video does what they "
-            "do"
+            f"{others[0]} cannot be given with from_video, since the video determines the motion; "
+            "leave one of them out"
         )
     if not is_video(filmed.from_video):
         raise InputError(
-            f"{filmed.from_video} has not the name of a video; expected one that ends in "
+            f"{filmed.from_video} is not named like a video; expected a name that ends in "
             f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         )
     frames = round(LONGEST * plan.fps)

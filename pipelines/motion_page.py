@@ -1,4 +1,4 @@
-"""``a2v motion --page``: the model in a web page of one file, instead of motions as files."""
+"""``a2v motion --page``: write the model as one web page instead of motion files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipelines.requests.motion import DEFAULT_SECONDS, PlanOptions, open_model
 
 @dataclass(frozen=True, kw_only=True)
 class PageOptions:
-    """A page that makes motions."""
+    """Options for a page that generates motions."""
 
     page: str | None = option(
         "instead of --out: a page (.html) that holds the model and makes motions in the browser",
@@ -22,13 +22,14 @@ class PageOptions:
         metavar="FILE",
     )
     character: str | None = option(
-        "with --page: a character (.glb) who plays them", default=None, metavar="FILE"
+        "with --page: the character (.glb) that performs them", default=None, metavar="FILE"
     )
 
 
 def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> Answer:
-    """Write the page; it begins with the plan's action, seed and length. `others`: given options
-    that do not belong to a page.
+    """Write the page; it starts with the plan's action, seed and length.
+
+    `others` are given options that cannot be combined with a page.
 
     Raises
     ------
@@ -52,7 +53,7 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
     model = open_model(plan.model)
     steps = parse_prompt(plan.action, Vocabulary.of(model.card))[0] if plan.action else []
     if len(steps) > 1:
-        raise InputError("a page begins with one action; give one --action")
+        raise InputError("a page starts with one action; give one --action")
     check_writable(path.parent)
     write_motion_page(
         path,

@@ -1,9 +1,8 @@
-"""Options of commands as dataclasses: one field, one option, by the same name on the command line,
-in YAML and in Python.
+"""Options of commands as dataclasses: one field is one option on the command line and in YAML.
 
-A command's ``Options`` is a frozen, keyword-only dataclass of `option`, `flag`, `group` and
-`settings` fields; `parse` makes one of the command line. Names have hyphens for users; underscores
-are the same.
+It has the same name in Python. A command's ``Options`` is a frozen, keyword-only dataclass of
+`option`, `flag`, `group` and `settings` fields; `parse` makes one from the command line. Names have
+hyphens for users; underscores are accepted too.
 """
 
 from __future__ import annotations
@@ -40,20 +39,20 @@ _MAX_SETTINGS_BYTES = 1 << 20
 
 
 def _settings_text(path: _paths.Path) -> str:
-    """The text of a file of settings: regular, short, UTF-8."""
+    """Return the text of a settings file: a regular, short file in UTF-8."""
     if path.absolute in ("-", "/dev/stdin"):
-        raise InputError("- would read standard input; give a YAML file")
+        raise InputError("settings cannot be read from standard input (-); give a YAML file")
     data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML"
+            f"{path.absolute} is not UTF-8 text ({error.reason}); expected YAML"
         ) from None
 
 
-# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys; every file
-# and text that it reads passes here
+# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys, so every
+# file and text that it reads passes here.
 _paths.Path.read_text = _settings_text  # type: ignore[method-assign, assignment]
 _loaders_dumpers.yaml_default_loader = PlainLoader  # type: ignore[assignment]
 
@@ -69,15 +68,15 @@ def option(
     more: str = "",
     rare: bool = False,
 ) -> Any:
-    """A field that is an option; required where it has no default.
+    """Make a field that is an option; it is required if it has no default.
 
     Parameters
     ----------
     names : what users call it, if not the field's name; without hyphens before it, a positional
     argument
-    metavar : what its value is called
+    metavar : name of its value in the help
     many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
-    more : field of text that gets what is given after the first time, with commas
+    more : text field that gets all values after the first one, separated by commas
     rare : shown by ``--help-all`` only
     """
     facts = {
@@ -93,7 +92,7 @@ def option(
 
 
 def flag(help: str, *, rare: bool = False) -> Any:
-    """A field that is True where the option is given."""
+    """Make a field that is True if the option is given."""
     facts = {
         "help": help,
         "names": (),
@@ -107,24 +106,26 @@ def flag(help: str, *, rare: bool = False) -> Any:
 
 
 def group(kind: type[T], title: str = "") -> T:
-    """A field that holds a dataclass whose fields are options of their own, such as those that
-    several commands share; below `title` in the help."""
+    """Make a field for a dataclass of options, such as those that several commands share.
+
+    They appear below `title` in the help.
+    """
     return dataclasses.field(
         default_factory=lambda: kind(), metadata={"group": True, "title": title}
     )
 
 
 def settings(kind: type[T], users: Sequence[str] | None = None) -> T:
-    """A field that holds the library's settings: options ``--field.name``, shown by ``--help-all``.
+    """Make a field for the library's settings: options ``--field.name``, shown by ``--help-all``.
 
-    With `users` only those of these names are: the others say how a stage works within and are
-    shown by ``--help-lab``.
+    With `users` only these names are: the others are internal settings of a stage and are shown by
+    ``--help-lab``.
     """
     return dataclasses.field(default_factory=kind, metadata={"settings": True, "users": users})
 
 
 class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpFormatter):
-    """Names with hyphens, defaults, and the examples as they are written."""
+    """Help with hyphens in names, with defaults, and with the examples unchanged."""
 
     def __init__(self, prog: str, **given: Any) -> None:
         width = min(shutil.get_terminal_size((_WIDTH, 50)).columns - 2, _WIDTH)
@@ -144,13 +145,12 @@ class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpF
 
 
 def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, examples: str) -> T:
-    """The options that `arguments` give; ``--help``, ``--help-all`` and ``--help-lab`` print and
-    end the program.
+    """Parse `arguments`; ``--help``, ``--help-all`` and ``--help-lab`` print and end the program.
 
     Parameters
     ----------
     command : its name, such as ``video``
-    about : what it does, in a line
+    about : one line that describes the command
     examples : shown below the options
 
     Raises
@@ -175,20 +175,21 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         raise InputError(f"{with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise
-    except Exception as error:  # of a --config that is no text, too deep, or means something else
+    except (
+        Exception
+    ) as error:  # a --config that is not text, is nested too deeply, or has another type
         raise InputError(
             f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v "
             f"{command} --help"
         ) from None
     check_numbers(found)
-    if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
-        raise InputError("json is no setting of a file; give --json on the command line")
+    if found.json and "--json" not in given:  # pipelines.cli looks for it only on the command line
+        raise InputError("json cannot be set in a file; give --json on the command line")
     return _made(kind, found)
 
 
 def actions_of(kind: type) -> list[argparse.Action]:
-    """Every option of a command as argparse knows it, with hyphens; for what completes and
-    documents them."""
+    """Yield every option of a command for argparse, with hyphens, for completion and help."""
     actions = list(_parser(kind, "a2v", "", "", level=2)._actions)
     for action in actions:
         action.option_strings = [with_hyphens(name) for name in action.option_strings]
@@ -202,8 +203,11 @@ def actions_of(kind: type) -> list[argparse.Action]:
 def _parser(
     kind: type, prog: str, about: str, examples: str, level: int
 ) -> jsonargparse.ArgumentParser:
-    """The parser; its help shows what is used every day (`level` 0), all that users set (1), or the
-    laboratory's settings too (2)."""
+    """Build the parser.
+
+    Its help shows the options of every day (`level` 0), all options for users (1), or the settings
+    of the laboratory too (2).
+    """
     jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
         prog=prog,
@@ -251,8 +255,7 @@ def _parser(
 
 
 def _level(name: str, levels: Mapping[str, int]) -> int:
-    """The level of the help that shows an option: that of the longest name in `levels` that it lies
-    in."""
+    """Return the help level of an option: that of the longest name in `levels` that contains it."""
     while name and name not in levels:
         name = name.rpartition(".")[0]
     return levels.get(name, 0)
@@ -261,8 +264,10 @@ def _level(name: str, levels: Mapping[str, int]) -> int:
 def _add(
     parser: jsonargparse.ArgumentParser, kind: type, section: Any, *, headings: bool
 ) -> Iterator[tuple[str, int]]:
-    """Add a dataclass' fields to `parser`, plain options to the `section` of its help; gives the
-    names of those that ``--help`` does not show, and their levels."""
+    """Add the fields of a dataclass to `parser`, plain options to the `section` of its help.
+
+    Return the names that ``--help`` does not show, and their levels.
+    """
     hints = typing.get_type_hints(kind)
     for item in dataclasses.fields(kind):
         if "option" in item.metadata:
@@ -323,7 +328,7 @@ def _add_option(parser: Any, item: dataclasses.Field[Any], kind: Any) -> None:
 
 
 def _describe(parser: jsonargparse.ArgumentParser, kind: type, prefix: str) -> None:
-    """Give the options of the library's settings the words of their docstrings."""
+    """Give the options of the library's settings the text of their docstrings."""
     about, hints = field_docs(kind), typing.get_type_hints(kind)
     for action in parser._actions:
         name = action.dest.removeprefix(prefix)
@@ -340,7 +345,7 @@ def _describe(parser: jsonargparse.ArgumentParser, kind: type, prefix: str) -> N
 
 
 def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
-    """The dataclass that parsed options fill."""
+    """Return the dataclass with the values of the parsed options."""
     hints = typing.get_type_hints(kind)
     values: dict[str, object] = {}
     for item in dataclasses.fields(typing.cast(Any, kind)):
@@ -350,7 +355,7 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
             value = found[item.name]
             if isinstance(value, list) and not item.metadata.get("option", {}).get(
                 "many"
-            ):  # argparse's answer to --x=--
+            ):  # argparse's result for --x=--
                 raise InputError(f"{with_hyphens(f'--{item.name}')} has no value; give one")
             if (
                 value is None
@@ -372,7 +377,7 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
 
 
 def _with_underscores(argument: str) -> str:
-    """An argument as the parser knows it: the name alone, not the value, loses its hyphens."""
+    """Return an argument as the parser knows it: only the name loses its hyphens, not the value."""
     if not argument.startswith("--"):
         return argument
     name, given, value = argument[2:].partition("=")
@@ -380,7 +385,7 @@ def _with_underscores(argument: str) -> str:
 
 
 def _load(text: str) -> object:
-    """A YAML value for jsonargparse; ``{a, b}`` and ``a:`` stay text, as in its own loader."""
+    """Read a YAML value for jsonargparse; ``{a, b}`` and ``a:`` stay text, as in its own loader."""
     return _keys_with_underscores(jsonargparse.get_loader("yaml")(text))
 
 

@@ -1,4 +1,4 @@
-"""From a run's values to the files that the user asked for; each appears when it is complete."""
+"""Write the files of a run; each appears when it is complete."""
 
 from __future__ import annotations
 
@@ -35,11 +35,10 @@ def write_results(
     rig: RigOptions = _OWN,
     edit: Edit = Edit(),
 ) -> list[Path]:
-    """Write video, clips, character, motion and the page that shows them; returns the paths, the
-    video's first.
+    """Write video, clips, character, motion and preview page; return the paths, the video first.
 
-    Character and motion are those of the run where `rig` is plain, else made of its
-    `engine_character` and `poses`; of `edit` the place counts.
+    Character and motion are those of the run if `rig` is plain, else they are made from its
+    `engine_character` and `poses`. Of `edit` only "in place" matters here.
     """
     from a2v.rendering import write_page
 
@@ -78,15 +77,13 @@ def write_results(
 
 
 def made_motion(outcome: Outcome, edit: Edit) -> Motion:
-    """The motion of a run as it is written: nodes let it travel, what is asked for in place stops
-    here."""
+    """Return the motion of a run for the file; --in-place removes its travel only here."""
     motion = outcome.get("motion", Motion)
     return put_in_place(motion, loop=edit.loop) if edit.in_place else motion
 
 
 def write_early_page(outcome: Outcome, folder: Path) -> Path:
-    """Write ``preview.html`` with the moving character alone, of a run that has come as far as its
-    `glb`."""
+    """Write ``preview.html`` with the moving character of a run that has reached its `glb`."""
     from a2v.rendering import write_page
 
     title = outcome.get("motion", Motion).action or "motion"
@@ -104,8 +101,11 @@ def write_shared(
     sheet: bool,
     caption: Sequence[str] = (),
 ) -> list[Path]:
-    """Beside the ``video.mp4`` of `folder`: ``video.gif`` or ``video.webp`` of at most `megabytes`,
-    and ``sheet.png``, twelve of its frames with the lines of `caption` below them."""
+    """Write an animation and a sheet beside the ``video.mp4`` of `folder`.
+
+    They are ``video.gif`` or ``video.webp`` of at most `megabytes`, and ``sheet.png``: twelve
+    frames with the lines of `caption` below them.
+    """
     from a2v.rendering import contact_sheet, probe_video, read_video, with_caption, write_within
 
     source, written = folder / "video.mp4", []
@@ -132,8 +132,10 @@ def write_shared(
 
 
 def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:
-    """Write the value of one output: files as they are, frames as PNG, anything else as .npz; one a
-    frame and view where it fans out."""
+    """Write the value of one output: files unchanged, frames as PNG, other values as .npz.
+
+    There is one file per frame and view if the output has these axes.
+    """
     value = outcome.values[name]
     if isinstance(value, Ref):
         return [_write(outcome, name, value, folder / _NAMES.get(name, f"{name}.npz"))]
@@ -160,7 +162,7 @@ def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:
         with atomic_path(path) as temporary:
             temporary.write_bytes(outcome.store.get(ref, Image).png.tobytes())
         return path
-    read_npz(outcome.store.local_path(ref))  # whole, or an error before anything is written
+    read_npz(outcome.store.local_path(ref))  # complete, or an error before anything is written
     with atomic_path(path) as temporary:
         temporary.write_bytes(outcome.store.path(ref).read_bytes())
     return path

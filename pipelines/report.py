@@ -1,4 +1,4 @@
-"""``report.json``: what made a result, how long it took and what it needed."""
+"""``report.json``: settings, times and memory of a result."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def make_report(
     inputs: Mapping[str, str | os.PathLike[str]],
     outputs: Iterable[Path] = (),
 ) -> dict[str, Any]:
-    """The report of a run as JSON.
+    """Return the report of a run as JSON.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def make_report(
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, of the packages that results depend on, and the commit of a checkout."""
+    """Return the versions of Python and of packages that matter, and the commit of a checkout."""
     found = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -110,7 +110,7 @@ def versions() -> dict[str, str]:
 
 
 def table(outcome: Outcome) -> str:
-    """Times and memory of the nodes as text."""
+    """Return the times and the memory of the nodes as text."""
     lines = [f"{'node':<12}{'calls':>6}{'remembered':>12}{'seconds':>9}{'cpu s':>8}{'peak MB':>9}"]
     for name, stats in outcome.nodes.items():
         lines.append(

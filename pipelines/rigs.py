@@ -1,4 +1,4 @@
-"""Options of the rig that exports are made for, and the files that they make."""
+"""Options for the rig of exports, and the files that they make."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from pipelines.options import flag, option
 RIG = f"bones of exports: {', '.join(RIGS)}"
 ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
 VISEMES = "add 15 visemes with the names of oculus or vrchat; rig: those of the rig (talkinghead has Oculus')"  # noqa: E501
-"""What the options of the same names say."""
+"""Help of options with these names."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigOptions:
-    """What the tools that open the exports want."""
+    """Options for the tools that open the exports."""
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(ROOT_MOTION, rare=True)
@@ -38,13 +38,13 @@ class RigOptions:
 
     @property
     def plain(self) -> bool:
-        """Whether the exports are those of the body's own rig as it moves."""
+        """Whether exports use the body's own rig unchanged."""
         return self.rig == OWN_RIG and not self.root_motion and self.visemes == "rig"
 
     def prepare(
         self, character: Character, clips: Mapping[str, tuple[FloatArray, float]]
     ) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
-        """See `a2v.animation.prepare_rig`; what is plain stays as it is."""
+        """Change the rig (see `a2v.animation.prepare_rig`); plain options change nothing."""
         if self.plain:
             return character, dict(clips)
         visemes = "" if self.visemes == "rig" else self.visemes
@@ -62,8 +62,7 @@ def write_rigged(
     name: str,
     props: Props | None = None,
 ) -> list[Path]:
-    """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options`
-    ask for."""
+    """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the requested rig."""
     clip = (poses.bone_transforms, poses.fps)
     person, clips = options.prepare(character, {name: clip})
     paths = [folder / "character.glb", folder / "motion.bvh"]
@@ -80,8 +79,10 @@ def write_avatar(
     *,
     expressions: Strengths,
 ) -> list[Path]:
-    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip, with what the face does in
-    it; see `check_avatar`."""
+    """Write a ``.vrm`` and beside it one ``<stem>.<clip>.vrma`` per clip, with its expressions.
+
+    See `check_avatar`.
+    """
     person, moves = prepare_rig(character, clips, rig="vrm")
     write_vrm(path, person, meta)
     paths = [path]
@@ -93,7 +94,7 @@ def write_avatar(
 
 
 def check_avatar(options: RigOptions) -> None:
-    """Refuse what a ``.vrm`` cannot be.
+    """Check the options of a ``.vrm``.
 
     Raises
     ------
@@ -110,8 +111,10 @@ def check_avatar(options: RigOptions) -> None:
 
 
 def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: Edit) -> list[Path]:
-    """Write clips, edited but for the place, on the rig of an adult of middle build as BVH; several
-    become numbered files."""
+    """Write edited clips, except for "in place", on the rig of an average adult as BVH.
+
+    Several clips become numbered files.
+    """
     from a2v.body import load_body_model, make_body
 
     person = skin_of(make_body(load_body_model(), grounded=True))

@@ -1,4 +1,4 @@
-"""Run the graph of a video: the same call for the command line, notebooks and tests."""
+"""Run the graph of a video, in the same way for the command line, notebooks and tests."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from pipelines.graph import video_graph
 
 
 def run(target: str | Sequence[str], *, graph: Graph | None = None, **given: Any) -> Outcome:
-    """Compute `target` and only what it needs, as `pipelines.engine.run.run` does, whose options
-    are taken too.
+    """Compute `target` and only what it needs, with the options of `pipelines.engine.run.run`.
 
     Parameters
     ----------

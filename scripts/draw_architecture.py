@@ -1,12 +1,9 @@
-"""Draws docs/images/architecture.svg and rewrites the lists of docs/architecture.md, both out of
-the code itself.
+"""Draw docs/images/architecture.svg and rewrite the lists of docs/architecture.md from the code.
 
-    python scripts/draw_architecture.py            # after a change of packages or of the graph;
-    commit what it writes
-
-Packages and their imports are read by `ast` (imports within functions and for types alone count
-too), layers from import-linter's contract in pyproject.toml, values from the types of the graph's
-nodes.
+python scripts/draw_architecture.py runs after a change of packages or of the graph; commit what it
+writes. Packages and their imports are read by `ast` (imports within functions and for types only
+count too), layers from import-linter's contract in pyproject.toml, values from the types of the
+graph's nodes.
 """
 
 from __future__ import annotations
@@ -31,9 +28,9 @@ PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 WIDTH, MARGIN = 960, 20
 INK, FAINT, RULE = "#22303c", "#5b6b7a", "#b9c4ce"
 LABORATORY = "a2v.lab"
-"""The package whose rooms are shown one by one."""
+"""The package whose parts are shown one by one."""
 COLORS = ("#e4eef8", "#fdebd8", "#e6f2e2", "#efe6f5", "#f7e6e6", "#e3f1f1", "#f6f1d9")
-"""Fills of the bands, and of the columns of nodes that stand in one module."""
+"""Fill colors of the bands, and of the columns of nodes in one module."""
 
 
 # ---- what the code says
@@ -41,8 +38,10 @@ COLORS = ("#e4eef8", "#fdebd8", "#e6f2e2", "#efe6f5", "#f7e6e6", "#e3f1f1", "#f6
 
 
 def layers() -> list[list[str]]:
-    """The packages from top to bottom, siblings beside each other; what the contract does not name
-    stands at the bottom."""
+    """Return the packages from top to bottom, with siblings side by side.
+
+    Packages that the contract does not name are at the bottom.
+    """
     import tomllib
 
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
@@ -63,8 +62,10 @@ def sources(package: str) -> list[Path]:
 
 
 def room_of(path: Path) -> str:
-    """The room that a file belongs to: ``a2v.<package or module>``, ``a2v.lab.<...>``,
-    ``pipelines`` or ``export``."""
+    """Return the room of a file:
+
+    ``a2v.<package or module>``, ``a2v.lab.<...>``, ``pipelines`` or ``export``.
+    """
     return room_named(
         [part for part in path.relative_to(ROOT).with_suffix("").parts if part != "__init__"]
     )
@@ -78,7 +79,7 @@ def room_named(parts: Sequence[str]) -> str:
 
 
 def imported_names(path: Path) -> Iterator[str]:
-    """Full names that a file imports from the project, wherever in the file."""
+    """Return the full names that a file imports from the project, anywhere in the file."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
@@ -106,7 +107,7 @@ def room_imports() -> dict[str, list[str]]:
 
 
 def purpose(room: str) -> str:
-    """The first sentence of a room's docstring, without marks."""
+    """Return the first sentence of a room's docstring, without marks."""
     path = ROOT / room.replace(".", "/")
     file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
@@ -117,8 +118,7 @@ def purpose(room: str) -> str:
 
 @dataclass(frozen=True)
 class Stage:
-    """A node of the graph: what it takes and gives by name, over which axes, and in which module it
-    stands."""
+    """A node of the graph: its arguments and results with their axes, and its module."""
 
     name: str
     module: str
@@ -128,8 +128,11 @@ class Stage:
 
 
 def stages() -> tuple[list[Stage], dict[str, str]]:
-    """The nodes of the video's graph in the order of computation, and the type of every value that
-    is no setting."""
+    """Return the nodes of the video's graph in the order of computation, and the type of every
+    value.
+
+    Settings are left out.
+    """
     from pipelines.engine.graph import topological
     from pipelines.graph import video_graph
 
@@ -173,8 +176,7 @@ def value_type(hint: Any) -> str:
 
 
 def lists() -> str:
-    """What the picture shows, as text: the rooms and what they import, the nodes and the types of
-    what they take and give."""
+    """Return the content of the picture as text: rooms with imports, nodes with types."""
     imports, (nodes, types) = room_imports(), stages()
 
     def typed(names: Iterable[str], axes: tuple[str, ...] = ()) -> str:
@@ -216,7 +218,7 @@ class Sheet:
         bold: bool = False,
         turn: float = 0,
     ) -> None:
-        """Words that begin at (x, y), turned by degrees."""
+        """Add words that begin at (x, y), turned by degrees."""
         extra = f' transform="rotate({turn:g} {x:g} {y:g})"' if turn else ""
         weight = ' font-weight="bold"' if bold else ""
         self.parts.append(
@@ -225,7 +227,7 @@ class Sheet:
         )
 
     def box(self, x: float, y: float, width: float, height: float, fill: str) -> None:
-        """A box with round corners."""
+        """Add a box with round corners."""
         self.parts.append(
             f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4" fill="{fill}" '
             f'stroke="{RULE}"/>'
@@ -242,7 +244,7 @@ class Sheet:
         width: float = 1,
         arrow: bool = False,
     ) -> None:
-        """A straight line, with a tip at its end if wanted."""
+        """Add a straight line, with a tip at its end if requested."""
         end = ' marker-end="url(#tip)"' if arrow else ""
         self.parts.append(
             f'<line x1="{x:g}" y1="{y:g}" x2="{to_x:g}" y2="{to_y:g}" stroke="{color}" '
@@ -250,14 +252,14 @@ class Sheet:
         )
 
     def dot(self, x: float, y: float, fill: str) -> None:
-        """A small circle."""
+        """Add a small circle."""
         self.parts.append(
             f'<circle cx="{x:g}" cy="{y:g}" r="4.5" fill="{fill}" stroke="{INK}" '
             'stroke-width="1.3"/>'
         )
 
     def svg(self) -> str:
-        """All of it."""
+        """Return the whole SVG."""
         tip = f'<path d="M0,0 L9,4 L0,8 z" fill="{FAINT}"/>'
         marker = f'<marker id="tip" markerWidth="9" markerHeight="8" refX="8" refY="4" orient="auto">{tip}</marker>'
         size = f'viewBox="0 0 {WIDTH} {self.y + MARGIN:g}"'
@@ -277,12 +279,12 @@ class Sheet:
 
 
 def wrapped(words: str, width: float, size: float) -> list[str]:
-    """Lines of `words` that fit into `width` pixels."""
+    """Return lines of `words` that fit into `width` pixels."""
     return textwrap.wrap(words, max(8, int(width / (0.6 * size))), break_long_words=False)
 
 
 def draw_rooms(sheet: Sheet) -> None:
-    """A band a layer, a box a room: its name, what it is for, what it imports."""
+    """Draw a band per layer and a box per room: its name, its purpose, its imports."""
     imports = room_imports()
     rows = layers()
     sheet.text(
@@ -321,7 +323,7 @@ def draw_rooms(sheet: Sheet) -> None:
 
 
 def draw_values(sheet: Sheet) -> None:
-    """A column a node, a lane a value: filled where it is made, open where it is taken."""
+    """Draw a column per node and a lane per value: filled where it is made, open where it is used."""
     nodes, types = stages()
     made = [name for stage in nodes for name in stage.gives]
     given = list(
@@ -385,7 +387,7 @@ def draw_values(sheet: Sheet) -> None:
 
 
 def picture() -> str:
-    """The whole picture as SVG."""
+    """Return the whole picture as SVG."""
     sheet = Sheet()
     draw_rooms(sheet)
     draw_values(sheet)
@@ -393,7 +395,7 @@ def picture() -> str:
 
 
 def page(text: str) -> str:
-    """`text` of the page with today's lists between its two marks."""
+    """Return `text` of the page with today's lists between its two marks."""
     before, _, rest = text.partition("<!-- lists -->\n")
     _, _, after = rest.partition("<!-- end of lists -->")
     return f"{before}<!-- lists -->\n{lists()}\n<!-- end of lists -->{after}"

@@ -3,6 +3,7 @@
     python scripts/draw_sentences.py --seed 38                     20 docstrings, 20 help lines, 10 messages
     python scripts/draw_sentences.py --seed 38 --docstrings 50 --help-lines 0 --messages 0
     python scripts/draw_sentences.py --seed 38 --below a2v/body    one package only
+    python scripts/draw_sentences.py --seed 38 --below tests       docstrings of another folder
 
 Docstrings are those of the modules, classes and functions of `a2v`, `pipelines` and `export`. Help
 lines are those that the commands print for `--help-all`. Messages are those of
@@ -43,9 +44,13 @@ class Sentence(NamedTuple):
     text: str
 
 
-def sources() -> Iterator[tuple[str, ast.Module]]:
-    """Each source file's path, relative to the repository, and its syntax tree."""
-    for folder in FOLDERS:
+def sources(below: str = "") -> Iterator[tuple[str, ast.Module]]:
+    """Yield the relative path and the syntax tree of each source file.
+
+    They are those of `FOLDERS`, or of the folder of `below` if it is another one.
+    """
+    top = below.split("/")[0]
+    for folder in (top,) if top and top not in FOLDERS else FOLDERS:
         for path in sorted((ROOT / folder).rglob("*.py")):
             yield (
                 path.relative_to(ROOT).as_posix(),
@@ -53,10 +58,10 @@ def sources() -> Iterator[tuple[str, ast.Module]]:
             )
 
 
-def docstrings() -> list[Sentence]:
-    """The docstrings of all modules, classes and functions."""
+def docstrings(below: str = "") -> list[Sentence]:
+    """The docstrings of all modules, classes and functions; see `sources`."""
     found = []
-    for file, tree in sources():
+    for file, tree in sources(below):
         for node in ast.walk(tree):
             kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
             if isinstance(node, kinds) and (text := ast.get_docstring(node)):
@@ -110,7 +115,7 @@ def main() -> None:
     parser.add_argument("--below", default="", help="folder or file whose sentences are drawn")
     given = parser.parse_args()
     kinds = (
-        ("docstring", given.docstrings, docstrings),
+        ("docstring", given.docstrings, lambda: docstrings(given.below)),
         ("help line", given.help_lines, help_lines),
         ("message", given.messages, messages),
     )

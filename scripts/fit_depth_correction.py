@@ -42,15 +42,18 @@ GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_in
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """What the detector says of a view (``keypoints``, ``keypoints_3d``), and the true depths (33,)
-    in its meters."""
+    """What the detector sees in a view (``keypoints``, ``keypoints_3d``), and the true depths
+    (33,).
+
+    The depths are in the detector's meters.
+    """
 
     keypoints: np.ndarray
     keypoints_3d: np.ndarray
     depth: np.ndarray
 
     def mirrored(self) -> Sample:
-        """Left and right exchanged."""
+        """Exchange left and right."""
         flip = np.array([-1.0, 1.0, 1.0])
         return Sample(
             self.keypoints[OTHER_SIDE] * flip,
@@ -60,13 +63,13 @@ class Sample:
 
     @property
     def missing(self) -> np.ndarray:
-        """What is to be learned (33,), meters."""
+        """Return the values to learn (33,), meters."""
         points = self.keypoints_3d
         return self.depth - (points[:, 2] - points[HIPS, 2].mean())
 
 
 def collect(studio: Studio, folder: Path, split: str, size: int = 512) -> list[Sample]:
-    """One sample for each view in which the detector finds the person."""
+    """Return one sample for each view in which the detector finds the person."""
     samples = []
     with Detector() as detector:
         for path in tqdm(list_views(folder, split), desc=split):

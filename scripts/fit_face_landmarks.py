@@ -1,9 +1,9 @@
 """Find mediapipe's face landmarks on the body model: makes
 ``a2v/body/data/face_landmarks_anny.npz``.
 
-Heads of several shapes are drawn from the front, with eyes, brows and lips colored, and the
-detector itself says where it sees its landmarks: what it sees on a photo is then at the same place
-of the face. The mean over the shapes is kept, each as a point of a triangle.
+Heads of several shapes are drawn from the front, with colored eyes, brows and lips, and the
+detector finds its landmarks on them. So a landmark of a photo is at the same place of the face. The
+mean over the shapes is stored, each as a point of a triangle.
 """
 
 from __future__ import annotations

@@ -29,21 +29,23 @@ from a2v.types import FloatArray, Motion
 
 ARCHIVES = {"humanact12": "humanact12.zip", "cmu": "cmu_mocap.zip"}
 STILL = 0.2
-"""Meters a second of hips and ankles under which a person stands still."""
+"""Speed of hips and ankles in meters per second below which a person stands still."""
 STRAIGHT = 0.93
 """Distance from hip to ankle as a fraction of thigh plus shin from which a leg counts as straight:
 both must be."""
 UPRIGHT = 15.0
-"""Degrees that the back may lean, to any side."""
+"""Maximum lean of the back in any direction, degrees."""
 LEAST = 3
-"""Frames of a clip that count as standing, at least."""
+"""Minimum number of standing frames in a clip."""
 REST = 0.1
-"""Meters a second of ankle and ball under which a foot is at rest in a walk, while the ankle is at
-its lowest tenth."""
+"""Speed of ankle and ball in meters per second below which a foot is at rest in a walk.
+
+Its ankle must also be in its lowest tenth.
+"""
 
 
 def motions(name: str, data: Path) -> Iterator[Motion]:
-    """Every clip of a data set, meters."""
+    """Return every clip of a data set, meters."""
     dataset = load_dataset(name, data / ARCHIVES[name])
     for index in range(len(dataset.joints)):
         yield dataset.motion(index)
@@ -77,7 +79,7 @@ def prepared(motion: Motion, *, level: bool = True) -> dict[str, FloatArray]:
 
 
 def speeds(motion: Motion, names: tuple[str, ...]) -> FloatArray:
-    """Speed (T,) of the fastest of some canonical joints, meters a second."""
+    """Return the speed (T,) of the fastest of some canonical joints, meters per second."""
     source = source_joints(motion)
     if motion.frames < 2:
         return np.full(motion.frames, np.inf)
@@ -121,7 +123,7 @@ def measure_spine(name: str, data: Path) -> dict[str, float]:
 
 
 def measure(name: str, data: Path) -> tuple[int, dict[str, float]]:
-    """How many clips stand, and the medians over them, degrees."""
+    """Return the number of standing clips, and the medians over them, degrees."""
     rows: list[dict[str, float]] = []
     walking: list[float] = []
     for motion in motions(name, data):

@@ -1,9 +1,8 @@
-"""Gestures of our own for the library of clips: wave, clap, kick and others that people ask for
-first, keyed by where wrists and ankles are.
+"""Gestures of our own for the library of clips: wave, clap, kick and others, as keyed poses.
 
-``scripts/make_clips.py`` bakes them. Wrists are placed from the shoulder and ankles from the hip of
-their side, meters, x outwards, y up, z ahead; directions likewise. Between keys everything is
-eased.
+``scripts/make_clips.py`` bakes them. A key places wrists from the shoulder and ankles from the hip
+of their side: meters, x outwards, y up, z ahead. Directions have the same axes. All values are
+eased between keys.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Arm:
-    """Where an arm is: None leaves the idle one."""
+    """Place of an arm; None leaves that of the idle pose."""
 
     wrist: Vector
     along: Vector
@@ -49,7 +48,7 @@ class Key:
 
 
 def both(time: float, arm: Arm, **other: float) -> Key:
-    """A key whose arms are alike."""
+    """Return a key with symmetric arms."""
     return Key(time, arm, arm, **other)
 
 
@@ -87,11 +86,11 @@ GESTURES: dict[str, tuple[Sequence[Key], bool]] = {
     "own-squat": ([both(0, _AHEAD), both(0.95, _AHEAD, sink=0.36, spine=30, neck=-14), both(1.1, _AHEAD, sink=0.36, spine=30, neck=-14), both(2.1, _AHEAD)], True),
     "own-hands-up": ([Key(0), *(both(t, Arm((0.2, 0.3, 0.08), (0.05, 1.0, 0.05), (0, 0, 1), (1.0, -0.6, 0))) for t in (0.5, 2.6)), Key(3.2)], False),
 }  # fmt: skip
-"""File to its keys, and whether it is a cycle."""
+"""File names to keys, and whether the gesture is a cycle."""
 
 
 class Puppet:
-    """The idle pose of the library's skeleton, and what moves it.
+    """The idle pose of the library's skeleton, and functions that move it.
 
     Parameters
     ----------
@@ -116,11 +115,11 @@ class Puppet:
             known["thumb"] = np.where(thumb[:, None], known["open"], known["fist"])
 
     def at(self, name: str) -> int:
-        """Index of a joint."""
+        """Return the index of a joint."""
         return self.names.index(name)
 
     def below(self, name: str) -> list[int]:
-        """Joints that hang on one."""
+        """Return the joints below a joint."""
         found = {self.at(name)}
         for joint, parent in enumerate(self.parents):
             if parent in found:
@@ -133,7 +132,7 @@ class Puppet:
         return np.stack([along, palm, np.cross(palm, along) * SIDES[side]])
 
     def _hand(self, pose: np.ndarray, side: str) -> np.ndarray:
-        """Fingers of a pose from the wrist, along the hand, out of the palm and towards the
+        """Return the fingers of a pose from the wrist: along the hand, out of the palm, to the
         thumb."""
         wrist, index, middle, little = (
             pose[self.at(f"{name}_{side}")]
@@ -145,7 +144,7 @@ class Puppet:
         ).T
 
     def pose(self, key: Key) -> np.ndarray:
-        """Joints (J, 3) of a key."""
+        """Return the joints (J, 3) of a key."""
         pose = self.idle.copy()
         pose[..., 1] -= key.sink
         for name, angle in (
@@ -196,8 +195,8 @@ class Puppet:
     def _bent(
         self, pose: np.ndarray, joints: tuple[int, int, int], target: np.ndarray, pole: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Middle and end of a limb whose end comes to the target as near as it can, its middle
-        towards the pole."""
+        """Return middle and end of a limb that reaches for the target, with its middle towards the
+        pole."""
         first, middle, last = (self.idle[joint] for joint in joints)
         upper, lower = np.linalg.norm(middle - first), np.linalg.norm(last - middle)
         way = target - pose[joints[0]]
@@ -210,7 +209,7 @@ class Puppet:
         ) * aside, pose[joints[0]] + reach * along
 
     def play(self, keys: Sequence[Key]) -> np.ndarray:
-        """Joints (T, J, 3) at `FPS`, eased from key to key."""
+        """Return the joints (T, J, 3) at `FPS`, eased from key to key."""
         poses, times = (
             np.stack([self.pose(key) for key in keys]),
             np.array([key.time for key in keys]),

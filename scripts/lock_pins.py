@@ -1,10 +1,10 @@
-"""Write the hashes of all files of every pinned version beside the pins: constraints.txt to
-constraints.lock, which pip and uv verify.
+"""Write the hashes of all files of every pinned version to constraints.lock.
 
-    python scripts/lock_pins.py --uv /path/to/uv          # asks the package index; uv 0.13
+python scripts/lock_pins.py --uv /path/to/uv          # asks the package index; uv 0.13
 
-The CPU builds of torch are not on PyPI: give their wheels with --wheel, those of other Python
-versions keep no hash (scripts/setup.sh).
+The pins are those of constraints.txt; pip and uv verify the hashes. The CPU builds of torch are not
+on PyPI: give their wheels with --wheel. Those of other Python versions get no hash
+(scripts/setup.sh).
 """
 
 from __future__ import annotations

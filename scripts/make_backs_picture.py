@@ -1,11 +1,10 @@
-"""Backs before and after: what the photo shows, continued over the side that it does not show:
-sheets/backs.jpg.
+"""Draw backs by Eq. 14 alone and with the photo continued: sheets/backs.jpg.
 
-    python scripts/make_backs_picture.py [PHOTO ...] [--out sheets] [--size 320] [--docs]
+python scripts/make_backs_picture.py [PHOTO ...] [--out sheets] [--size 320] [--docs]
 
 For every PHOTO (by default the sample and those of ``$A2V_DATA/photos``; a .glb is an avatar,
 photographed here): the photo, then back, left and right with Eq. 14 alone, and the same three with
-`ColorSettings.synthesis`. `--docs` writes the back alone, small, to ``docs/images/backs.jpg``.
+`ColorSettings.synthesis`. `--docs` writes only the back, small, to ``docs/images/backs.jpg``.
 """
 
 from __future__ import annotations

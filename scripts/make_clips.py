@@ -35,12 +35,12 @@ from a2v.types import Motion
 
 ROOT = Path(__file__).resolve().parent.parent
 FRONT = np.array([0.0, 0.04, 0.12])
-"""The marker before the face, from the head's joint at rest, meters."""
+"""The marker in front of the face, from the head's joint at rest, meters."""
 DOWN = 0.02
-"""A foot's ball is down where it is so little above its lowest place, meters."""
+"""Height of a foot's ball above its lowest place below which it is in contact, meters."""
 REPEATS = 0.5
-"""The last frame repeats the first where they differ by less than this share of what two frames
-differ by."""
+"""The last frame repeats the first if their difference is below this share of that of two frames.
+"""
 
 
 def with_front(motion: Motion) -> Motion:
@@ -60,7 +60,7 @@ def with_front(motion: Motion) -> Motion:
 
 
 def pace_of(motion: Motion, travels: str) -> float:
-    """Meters a second at which the clip goes ahead."""
+    """Return the speed at which the clip moves ahead, meters per second."""
     if not travels:
         return 0.0
     if travels not in ("feet", "body"):
@@ -79,7 +79,7 @@ def leg_length(lengths: np.ndarray, names: Sequence[str]) -> float:
 
 
 def as_cycle(joints: np.ndarray) -> np.ndarray:
-    """Frames (T, J, 3) of a cycle without a last one that repeats the first."""
+    """Return the frames (T, J, 3) of a cycle without a last one that repeats the first."""
     step = np.median(np.abs(np.diff(joints, axis=0)).max(axis=(1, 2)))
     return (
         joints[:-1] if np.abs(joints[-1] - joints[0]).max() <= REPEATS * max(step, 1e-4) else joints
@@ -87,7 +87,7 @@ def as_cycle(joints: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Write the library; print a line a clip."""
+    """Write the library; print one line per clip."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,9 +1,9 @@
-"""A gallery of real photographs, to be looked at from four sides: sheets/gallery.jpg.
+"""Draw a gallery of real photos from four sides: sheets/gallery.jpg.
 
-    python scripts/make_gallery.py [FOLDER] [--out sheets] [--size 260]
+python scripts/make_gallery.py [FOLDER] [--out sheets] [--size 260]
 
 For every photo of FOLDER (by default ``$A2V_DATA/photos``): the photo, the character from front,
-left, back and right, and the same as clay; what the user is told, and the share of slabs
+left, back and right, and the same as clay; the notes for the user, and the share of slabs
 (`a2v.lab.evaluation.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it
 too.
 """
@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def photos_of(folder: Path) -> list[Path]:
-    """The photos of a folder; masks beside them are none."""
+    """Return the photos of a folder without the masks beside them."""
     found = [
         path
         for path in folder.glob("*")
@@ -43,7 +43,7 @@ def photos_of(folder: Path) -> list[Path]:
 
 
 def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
-    """A photo beside its surface from four sides, colored and as clay, and what is to be said of
+    """Return a photo beside its surface from four sides, colored and as clay, and the notes about
     it."""
     store = Store()
     outcome = run(
@@ -85,7 +85,7 @@ def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
 
 
 def main() -> int:
-    """Write the gallery; print what is said of each photo, and its path."""
+    """Write the gallery; print the notes about each photo, and its path."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,12 +1,11 @@
-"""Contact sheets of actions to be looked at, into an ignored folder: several seeds of each on the
-sample's character, hands near.
+"""Draw contact sheets of actions: several seeds of each on the sample's character.
 
-    python scripts/make_motion_sheets.py [ACTION ...] [--model cmu-fine] [--seeds 3] [--frames 7]
-    [--seconds 4] [--loops] [--hands]
+python scripts/make_motion_sheets.py [ACTION ...] [--model cmu-fine] [--seeds 3] [--frames 7]
+[--seconds 4] [--loops] [--hands]
 
-Without an ACTION all of the model's, a dozen a page. An ACTION may be several in turn ("Walk, then
-Salsa"): joins are seen so. `--loops` shows one cycle and its beginning again, `--hands` the left
-and the right hand of each picture instead.
+They are written to an ignored folder. Without an ACTION all of the model's are drawn, a dozen per
+page. An ACTION may be several in turn ("Walk, then Salsa"), which shows joins. `--loops` shows one
+cycle and its beginning again, `--hands` the left and the right hand of each picture instead.
 """
 
 from __future__ import annotations
@@ -38,13 +37,13 @@ from pipelines.run import run
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = 12
-"""Actions a page."""
+"""Number of actions per page."""
 FPS = 30.0
 LIGHT = {"triangles": 14000, "texture": 1024}
 
 
 def sample_character() -> Character:
-    """The sample photo's, with few triangles."""
+    """Return the character of the sample photo, with few triangles."""
     store, bars = Store(), Bars()
     outcome = run(
         ["character"],

@@ -34,7 +34,7 @@ from pipelines.serve.wishes import MODELS, actions_of
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "pipelines" / "serve" / "page"
 MADE, FRAMES, FPS = 60, 24, 10.0
-"""Frames of a motion, those of it that are shown, and how many a second."""
+"""Number of frames of a motion, number of shown ones, and their rate."""
 JOINTS = (
     "head",
     "neck",
@@ -132,7 +132,7 @@ def sample(cache: str | None, folder: Path) -> ByteArray:
 
 
 def main() -> None:
-    """Make what is asked for, or both."""
+    """Make the requested pictures, or both."""
     import tempfile
 
     parser = argparse.ArgumentParser(

@@ -30,7 +30,7 @@ LONG = 3_600_000
 
 
 def prepared(page: Page) -> None:
-    """Have the sample person, and a video of two views in the page."""
+    """Put the sample person and a video of two views on the page."""
     if not page.locator("#photos button").count():
         page.get_by_role("button", name="Sample person").click()
     page.locator("#seen-text").filter(has_text="Found the person").wait_for(timeout=LONG)

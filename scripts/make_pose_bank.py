@@ -46,8 +46,10 @@ def without_heading(joints: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
 
 
 def farthest(points: np.ndarray, mirrored: np.ndarray, count: int) -> np.ndarray:
-    """Indices (count,) of points (N, D), each the one farthest from those before it and from their
-    mirror images (N, D)."""
+    """Return indices (count,) of points (N, D), each the farthest from the earlier ones.
+
+    Their mirror images (N, D) count as well.
+    """
     nearest = np.full(len(points), np.inf)
     chosen = [0]
     while len(chosen) < count:

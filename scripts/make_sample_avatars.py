@@ -1,14 +1,12 @@
-"""Make sample avatars that anybody may ship (CC0): people that nobody is, dressed from MakeHuman's
-free wardrobe, photographed, and made into characters.
+"""Make sample avatars that anybody may ship (CC0), of people who do not exist.
 
-It needs ``makehuman_cc0.zip`` in ``$A2V_DATA`` (default: ``../shared/data`` beside the repository).
+They are dressed from MakeHuman's free wardrobe, photographed, and made into characters. The script
+needs ``makehuman_cc0.zip`` in ``$A2V_DATA`` (default: ``../shared/data`` beside the repository).
 Each person is drawn by a number and a seed; the photo is rendered by the studio, and everything
 after that is what `a2v character` does with any photo.
 
-    python scripts/make_sample_avatars.py --out avatars                                  # ten GLBs
-    for TalkingHead, and a sheet python scripts/make_sample_avatars.py --out avatars --formats
-    glb,vrm,fbx,usdz       # in more formats python scripts/make_sample_avatars.py --out avatars
-    --numbers 3,7 --photos-only      # look at the people first
+python scripts/make_sample_avatars.py --out avatars makes ten GLBs for TalkingHead, and a sheet;
+--formats glb,vrm,fbx,usdz more formats; --numbers 3,7 --photos-only only the photos of two people.
 """
 
 from __future__ import annotations
@@ -28,7 +26,8 @@ from a2v.animation.rig_spec import OWN_RIG
 from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.lab.studio.avatars import a_pose
-from a2v.lab.studio.makehuman.people import Person, Wardrobes, draw_person, dress
+from a2v.lab.studio.makehuman.dressing import dress
+from a2v.lab.studio.makehuman.people import Person, Wardrobes, draw_person
 from a2v.lab.studio.portrait import PortraitSettings, take_portrait
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Character, Surface

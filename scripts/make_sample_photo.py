@@ -1,12 +1,10 @@
-"""Make ``a2v/samples/person.jpg``, the photograph that a2v ships: a rendered person, so that
-nobody's picture is needed.
+"""Make ``a2v/samples/person.jpg``, the photo that a2v ships: a rendered person.
 
-It needs the avatars of ``$A2V_DATA/avatars`` (default: ``../shared/data`` beside the repository).
-Seeded: the same script makes the same picture, up to the renderer's rounding. `--sheet` makes a
-contact sheet of several instead.
+python scripts/make_sample_photo.py [--avatar NHPI_M_1_Casual] [--out FILE.jpg] [--sheet NAME ...]
 
-    python scripts/make_sample_photo.py [--avatar NHPI_M_1_Casual] [--out FILE.jpg] [--sheet NAME
-    ...]
+So no real person's picture is needed. It uses the avatars of ``$A2V_DATA/avatars`` (default:
+``../shared/data`` beside the repository). The same script makes the same picture, up to the
+renderer's rounding. `--sheet` makes a contact sheet of several avatars instead.
 """
 
 from __future__ import annotations

@@ -19,8 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the papers: its name, the data set, the shipped models that are its rows, and what
-    else `a2v evaluate` is asked for."""
+    """A table of the papers: its name, the data set, the shipped models of its rows, and options."""
 
     name: str
     about: str

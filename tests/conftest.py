@@ -14,8 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The folder of real data (`A2V_DATA`, else ``../shared/data``); tests that need it skip
-    without it."""
+    """The folder of real data (`A2V_DATA`, else ``../shared/data``); without it tests are skipped."""
     folder = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     if not folder.is_dir():
         pytest.skip(f"real data not present: {folder} does not exist (set A2V_DATA)")
@@ -24,8 +23,10 @@ def data_dir() -> Path:
 
 @pytest.fixture(autouse=True)
 def _threads() -> Iterator[None]:
-    """PyTorch has as many threads after a test as before: with more, later tests of the same
-    process would wait for the other workers' cores."""
+    """Restore the number of PyTorch's threads after each test.
+
+    With more threads, later tests of the same process would wait for the cores of other workers.
+    """
     torch = sys.modules.get("torch")
     before = torch.get_num_threads() if torch else None
     yield

@@ -1,4 +1,4 @@
-"""The photo's cameras: the flat frame and the way back."""
+"""Cameras of photos: the flat frame and the way back."""
 
 from __future__ import annotations
 

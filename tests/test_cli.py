@@ -1,4 +1,4 @@
-"""The command line: quick to start, exact about bad input, and never half a file."""
+"""The command line starts fast, reports bad input exactly and never writes half a file."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ def _own_store(tmp_path_factory, monkeypatch):
 
 
 def fails(capsys, *arguments: object, code: int = 2) -> str:
-    """Run a command that must fail; returns its only line on standard error, beside what it
-    understood of the action."""
+    """Run a command that must fail; return its only line on standard error.
+
+    The interpretation of the action is left out.
+    """
     assert main([str(argument) for argument in arguments]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -339,7 +341,7 @@ def test_a_bad_photo_is_explained(tmp_path, capsys, walk, name, data, words):
         ({"views": "front,top"}, "unknown view 'top'"),
         ({"views": "front,front"}, "given twice"),
         ({"camera": "cameras.yaml"}, "cannot read cameras.yaml"),
-        ({"background": "beach.jpg"}, "background 'beach.jpg' is no file"),
+        ({"background": "beach.jpg"}, "background 'beach.jpg' is not a file"),
         ({"executor": "slurm"}, "slurm"),
         ({"frames": "many"}, "many"),
         ({"only": "vidoe"}, "did you mean video"),

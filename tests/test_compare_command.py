@@ -1,4 +1,4 @@
-"""One photo and motion by every method, small: the page, and the user study that is fed from it."""
+"""One photo and motion by every method, small: the page and its user study."""
 
 from __future__ import annotations
 

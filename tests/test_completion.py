@@ -1,4 +1,4 @@
-"""``a2v completion``: the shell itself completes."""
+"""``a2v completion``: completion in real shells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def command_line():
 
 
 def completed(script: str, folder: str, *words: str) -> set[str]:
-    """What bash offers for the last word."""
+    """Return what bash offers for the last word."""
     text = f"""{script}
 cd {folder!r}
 COMP_WORDS=({" ".join(f"'{word}'" for word in words)}); COMP_CWORD={len(words) - 1}
@@ -102,7 +102,7 @@ def test_fish_completes_the_same(command_line, folder):
 
 
 def test_zsh_completes_the_same(command_line, folder):
-    """At a terminal: each line is typed, TAB and then `echo GOT ` before it."""
+    """Type each line at a terminal, then TAB and `echo GOT ` in front of it."""
     (folder / "_a2v").write_text(script_for("zsh", command_line))
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 300, 0, 0))

@@ -1,4 +1,4 @@
-"""What the pages say is there: links, names, imports, and the picture of the architecture."""
+"""Pages name only existing links, names, imports and options; the architecture is current."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``a2v doctor``: what works, what is missing, and what to do."""
+"""``a2v doctor``: what works, what is missing, and advice."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_every_extra_is_looked_for():
 
 
 def test_libraries_of_the_system_that_are_missing_are_named_with_their_packages(monkeypatch):
-    """A tool installed by uv or pipx has no setup.sh: the doctor says the same."""
+    """A tool installed by uv or pipx has no setup.sh: the doctor's advice is the same."""
     script = (ROOT / "scripts" / "setup.sh").read_text()
     named = dict(re.findall(r"^(?:libraries=')?(lib\S+\.so\.\d+) ([\w.-]+)'?$", script, re.M))
     assert named == checks.LIBRARIES

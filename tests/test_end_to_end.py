@@ -1,5 +1,4 @@
-"""From the bundled photo and an action to the promised files, small; again, interrupted, killed and
-in part."""
+"""From the bundled photo and an action to all files: small, repeated, interrupted and partial."""
 
 from __future__ import annotations
 
@@ -17,6 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from a2v.body.second_photo import SIDES
 from a2v.io import sha256
 from a2v.types import Motion, Subject
 
@@ -90,7 +90,7 @@ def test_every_promised_file_is_there_and_the_path_comes_last(made):
 
 def test_the_character_moves_in_its_page_before_the_frames_are_traced(made):
     out, result = made
-    said = f"the character moves in {out / 'preview.html'}"
+    said = f"the moving character can be seen in {out / 'preview.html'}"
     assert said in result.stderr
     assert "frame: " not in result.stderr[: result.stderr.index(said)]
     assert "frame: " in result.stderr
@@ -155,7 +155,10 @@ def test_the_report_tells_what_made_it(made):
     assert nodes["frame"]["calls"] == FRAMES * len(VIEWS)
     assert nodes["vertices"]["calls"] == FRAMES
     assert all(node["calls"] >= 1 for node in nodes.values())
-    assert nodes["photo_body"]["measures"]
+    fit = nodes["photo_body"]["measures"]
+    assert {"distance", "height", "pitch", "field_of_view", "distance_from"} <= set(fit["camera"])
+    assert {"left_arm", "right_arm", "left_leg", "right_leg"} <= set(fit["limb_errors"])
+    assert fit["second_photo"] in SIDES
     assert 0 < told["seconds"] < 600
     assert 50 < told["peak_memory_mb"] < 6000
 
@@ -225,8 +228,10 @@ def count(cache: Path, node: str) -> int:
 
 
 def settled_count(cache: Path, node: str) -> int:
-    """The count once nobody finishes any more: workers end with their parent, but on a busy machine
-    what they are at may come first."""
+    """Return the count after all workers have ended.
+
+    Workers end with their parent, but on a busy machine their current task may finish first.
+    """
     kept, since = count(cache, node), time.monotonic()
     while time.monotonic() < since + 2:
         time.sleep(0.1)
@@ -237,7 +242,7 @@ def settled_count(cache: Path, node: str) -> int:
 
 @pytest.fixture
 def copied_store(made, tmp_path) -> Path:
-    """The store as `made` left it, for tests that count."""
+    """The store as `made` left it, for tests that count calls."""
     return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
 
 

@@ -1,4 +1,4 @@
-"""What errors say: one short line, whatever they quote."""
+"""Error messages are one short line, whatever they quote."""
 
 from __future__ import annotations
 

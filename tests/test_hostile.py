@@ -1,5 +1,7 @@
-"""Input that once led to a traceback, to gigabytes or to a wrong result: each is one sentence now,
-or is read rightly."""
+"""Input that once led to a traceback, gigabytes or a wrong result is now handled.
+
+It gives one sentence or is read correctly.
+"""
 
 from __future__ import annotations
 
@@ -435,7 +437,7 @@ def test_a_survey_key_without_title(tmp_path):
     (tmp_path / "key.json").write_text(
         json.dumps({"format": "a2v-survey-key/1", "survey": "a", "questions": [], "clips": {}})
     )
-    with pytest.raises(InputError, match="no key of a survey"):
+    with pytest.raises(InputError, match="not a key of a survey"):
         read_key(tmp_path / "key.json")
 
 

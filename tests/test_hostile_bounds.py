@@ -1,5 +1,4 @@
-"""Small inputs that ask for much: refused in one sentence before anything is allocated or computed,
-and from regular files alone."""
+"""Small inputs that request too much are refused before anything is allocated or computed."""
 
 from __future__ import annotations
 
@@ -111,7 +110,7 @@ def test_a_motion_file_of_no_clips(capsys, tmp_path, option):
 
 
 def changed_model(path: Path, name: str, **said: object) -> Path:
-    """A shipped motion model that says something else of itself."""
+    """A shipped motion model with another description of itself."""
     import onnx
 
     model = onnx.load(WEIGHTS / f"motion_{name}.onnx")
@@ -124,7 +123,7 @@ def changed_model(path: Path, name: str, **said: object) -> Path:
 
 
 def foreign_model(path: Path, name: str) -> Path:
-    """A graph that is another one, with the description of a shipped motion model."""
+    """Another graph with the description of a shipped motion model."""
     import onnx
 
     metadata = {
@@ -194,7 +193,7 @@ def test_graphs_that_are_not_what_they_say(capsys, tmp_path, make):
 )
 def test_networks_are_read_from_regular_files(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match=r"no regular file|motion model"):
+    with pytest.raises(InputError, match=r"not a regular file|motion model"):
         read(tmp_path / "pipe")
     with pytest.raises(InputError, match=r"does not exist|motion model"):
         read(tmp_path / "nothing")
@@ -308,8 +307,10 @@ def test_a_flat_file_of_many_nodes_is_read_in_time(tmp_path):
 
 @pytest.mark.parametrize("width", [514, 704])
 def test_the_same_frames_are_the_same_file(tmp_path, width):
-    """Whatever lies in the memory: x264's AVX-512 path gave other bytes where the width was no
-    multiple of 128."""
+    """Encoded bytes do not depend on memory contents.
+
+    x264's AVX-512 path gave other bytes if the width was no multiple of 128.
+    """
     rng = np.random.default_rng(0)
     wide = (
         rng.integers(0, 255, (8, 16, 3), dtype=np.uint8)
@@ -327,7 +328,7 @@ def test_the_same_frames_are_the_same_file(tmp_path, width):
 
 
 def test_tables_of_odd_records(tmp_path):
-    """Records that lack things, and a folder whose name is no UTF-8."""
+    """Records without some entries, and a folder whose name is not UTF-8."""
     odd = os.fsdecode(b"caf\xe9")
     for folder, record in (
         ("a", {}),

@@ -1,5 +1,4 @@
-"""Pages that we write, with hostile names of photos, actions, jobs and folders, in a real browser:
-no script of theirs runs, nothing breaks."""
+"""Our pages with hostile names of photos, actions, jobs and folders run no script of theirs."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def look(browser: Browser) -> Callable[[str, str], list[str]]:
-    """What goes wrong on a page that is waited for until a selector is there; no name may have
-    run."""
+    """Return the errors of a page until a selector appears; no name may have run."""
 
     def opened(address: str, selector: str) -> list[str]:
         context = browser.new_context()

@@ -1,4 +1,4 @@
-"""Files at the edge: what is read, what is refused, and what a message quotes."""
+"""Files from outside: what is read, what is refused, and what messages quote."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pipelines.cli import main
 @pytest.mark.parametrize("read", [read_bytes, read_npz, open_file])
 def test_a_pipe_is_refused_at_once(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match="no regular file"):
+    with pytest.raises(InputError, match="not a regular file"):
         read(tmp_path / "pipe")
 
 
 @pytest.mark.parametrize("read", [read_bytes, read_npz, open_file])
 def test_a_device_behind_a_link_is_refused(tmp_path, read):
     (tmp_path / "endless").symlink_to("/dev/zero")
-    with pytest.raises(InputError, match="no regular file"):
+    with pytest.raises(InputError, match="not a regular file"):
         read(tmp_path / "endless")
 
 

@@ -1,5 +1,4 @@
-"""A whole `a2v video` in a folder full of traps, watched: what it executes, which sockets it opens,
-where it writes."""
+"""A whole `a2v video` in a folder of traps: what it executes, opens and writes."""
 
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ PROGRAM = Path(sys.executable).with_name("a2v")
 
 @dataclass
 class Watched:
-    """What a run left behind: the folders it was given, the traps that were executed, and every
-    system call about sockets."""
+    """Results of a run: its folders, executed traps, and every system call about sockets."""
 
     home: Path
     temporary: Path
@@ -128,8 +126,7 @@ def test_nothing_of_the_working_folder_is_executed(watched):
 
 @pytest.mark.slow
 def test_no_socket_but_local_ones(watched):
-    """A library may try whether the machine knows IPv6 by binding to ::1; nothing is looked up,
-    connected to or sent."""
+    """A library may test for IPv6 by binding to ::1; nothing is looked up, connected to or sent."""
     if watched.calls is None:
         pytest.skip("strace is not installed, or may not trace here")
     calls = re.findall(r"^\d+ +(\w+)\((.*)$", watched.calls, re.MULTILINE)

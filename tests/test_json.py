@@ -1,5 +1,4 @@
-"""``--json``: one object on standard output, of success and of failure, for every command; and the
-exit codes."""
+"""``--json`` prints one object for success and failure of every command; and the exit codes."""
 
 from __future__ import annotations
 
@@ -90,8 +89,7 @@ REFUSED = {
         "--photo text --motion none.bvh --out out",
     ),
 }
-"""What each command refuses, in a folder that holds a file `text`; a command that is added is
-missing here."""
+"""Arguments that each command refuses, in a folder that holds a file `text`."""
 
 
 @pytest.fixture(autouse=True)
@@ -100,7 +98,7 @@ def _own_store(tmp_path_factory, monkeypatch):
 
 
 def told(capsys, *words: object, code: int = 0) -> dict[str, Any]:
-    """What a command says with --json."""
+    """Return the output of a command with --json."""
     assert main([*map(str, words), "--json"]) == code
     found: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert found["exit_code"] == code

@@ -1,5 +1,4 @@
-"""``a2v motion``: the papers' applications and native joints on the command line, on the shipped
-models."""
+"""``a2v motion``: the papers' applications and native joints, on the shipped models."""
 
 from __future__ import annotations
 

@@ -269,8 +269,7 @@ def test_files_of_settings_are_regular_and_short(tmp_path, name):
 def test_every_option_has_one_line_of_its_own(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In the help of everything: no default twice, no control character, no option without text, no
-    text for two options of a group."""
+    """No help has a default twice, a control character, or an option without its own text."""
     command = load_command(name)
     with pytest.raises(SystemExit):
         parse(

@@ -1,5 +1,4 @@
-"""The page of the papers leaves nothing out; that its commands parse and its names exist is tested
-with all pages (test_docs)."""
+"""The page of the papers is complete; test_docs tests its commands and names."""
 
 from __future__ import annotations
 

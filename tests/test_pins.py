@@ -1,4 +1,4 @@
-"""Every pinned version has its hashes, and pip holds what it installs to them."""
+"""Every pinned version has its hashes, and pip checks them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""One loader for all YAML: what is written is read, and nothing that is written costs more than its
-length."""
+"""One loader for all YAML: its cost is proportional to the length of the text."""
 
 from __future__ import annotations
 

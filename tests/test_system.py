@@ -1,5 +1,4 @@
-"""What only some systems have is in `a2v.system` alone: everything else runs on Linux, macOS and
-Windows alike."""
+"""Only `a2v.system` uses what not every system has."""
 
 from __future__ import annotations
 
@@ -161,7 +160,7 @@ def test_it_does_what_it_says(tmp_path: Path) -> None:
 
 
 def test_windows_gets_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As far as it can be seen from another system: nothing that Windows lacks is asked for."""
+    """As far as visible from another system, nothing that Windows lacks is used."""
     monkeypatch.setattr(system.sys, "platform", "win32")
     for name in ("getuid", "getgid", "killpg", "sched_getaffinity"):
         monkeypatch.delattr(os, name, raising=False)

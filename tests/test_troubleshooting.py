@@ -1,4 +1,4 @@
-"""Every sentence that a2v prints about a result has an entry in docs/troubleshooting.md."""
+"""Every note about a result has an entry in docs/troubleshooting.md."""
 
 from __future__ import annotations
 
@@ -23,8 +23,10 @@ SOURCES = {
     "pipelines/nodes/photos.py": ["joint_fit"],
     "pipelines/nodes/place.py": None,
 }
-"""Functions (or constants) whose sentences become notes; None for every literal that is given to
-`note`."""
+"""Functions (or constants) whose sentences become notes.
+
+None stands for every literal that is given to `note`.
+"""
 
 NOTING = {
     "body.py",
@@ -87,7 +89,7 @@ def sentences() -> list[tuple[str, list[str]]]:
 
 
 def has_entry(pieces: list[str]) -> bool:
-    """Whether three words in a row of the sentence stand within quotation marks of the page."""
+    """Whether three consecutive words of the sentence are within quotation marks on the page."""
     quoted = " ".join(re.findall(r'"([^"]*)"', PAGE))
     for piece in pieces:
         words = piece.replace(":", " ").replace(";", " ").split()

@@ -1,4 +1,4 @@
-"""The values on the arrows: what may be absent stays absent in the file."""
+"""Values between stages: optional parts stay absent in the file."""
 
 from __future__ import annotations
 

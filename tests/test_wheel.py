@@ -1,4 +1,4 @@
-"""The wheel: everything that is needed is inside, and it works from any folder."""
+"""The wheel contains everything needed and works from any folder."""
 
 from __future__ import annotations
 

@@ -17,15 +17,17 @@ from a2v.types import Character, FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True)
 class DeformSettings:
-    """How a character follows its bones.
+    """Settings of the deformation of a character by its bones.
 
     Attributes
     ----------
     method : "arap" or "skinning"
-        Eq. 20, or linear blend skinning (what a GLB's viewer does).
+        "arap" is as-rigid-as-possible deformation (Eq. 20), "skinning" is linear blend skinning (as
+        in viewers of GLB files).
     control : float
-        Weight of a control point against the rigidity of its surroundings (dimensionless; the
-        paper's 1). Smaller is smoother: control is felt over about ``1 / sqrt(control)`` edges.
+        Weight of a control point relative to the rigidity of its surroundings (dimensionless; 1 in
+        the paper). Smaller values are smoother: a control point acts over about ``1 /
+        sqrt(control)`` edges.
     iterations : int
         Largest number of iterations per frame.
     tolerance : float
@@ -72,10 +74,10 @@ class ArapSolver:
 
     sum_i sum_j k_ij |(x_i - x_j) - R_i (s_i - s_j)|^2 + sum_l c_l |x_l - target_l|^2
 
-    with cotangent weights k. Alternates between the best rotations (local) and the best positions
-    (global, one prefactored sparse Cholesky). Rotations come from quaternion-free Newton steps on
-    the axis (Mueller et al. 2016), which need no decomposition, keep determinant +1 and start from
-    the last iteration's.
+    with cotangent weights k. It alternates between the best rotations (local) and the best
+    positions (global, one prefactored sparse Cholesky). Rotations come from quaternion-free Newton
+    steps on the axis (Mueller et al. 2016), which need no decomposition, keep determinant +1 and
+    start from those of the last iteration.
 
     Parameters
     ----------
@@ -152,8 +154,8 @@ class ArapSolver:
             right = compiled(_right_hand_side)(turn, self.rest, *self._edges) + pull
             x = self._factor.solve(right)
             moments = self._moments(x)
-            # at the solution sum_j 2 k (x_i - x_j) = right - c x: the energy needs no product of
-            # its own
+            # at the solution sum_j 2 k (x_i - x_j) = right - c x, so the energy needs no further
+            # matrix product
             stretch = float(np.vdot(x, right - self.control[:, None] * x))
             energies.append(self._energy(x, turn, moments, targets, stretch))
             fall = energies[-2] - energies[-1] if len(energies) > 1 else np.inf
@@ -163,7 +165,7 @@ class ArapSolver:
                 return ArapResult(x, tuple(energies), len(energies))
 
     def _moments(self, x: FloatArray) -> FloatArray:
-        """Matrices (V, 3, 3): sum over neighbors of k (x_i - x_j) (s_i - s_j)^T."""
+        """Return matrices (V, 3, 3): sums over neighbors of k (x_i - x_j) (s_i - s_j)^T."""
         moments: FloatArray = compiled(_moments)(np.ascontiguousarray(x), self.rest, *self._edges)
         return moments
 
@@ -203,7 +205,7 @@ def _moments(x: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> An
 
 
 def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> Any:
-    """Plain loops, compiled by numba: (V, 3), sum over neighbors of k (R_i + R_j) (s_i - s_j)."""
+    """Return (V, 3): sums over neighbors of k (R_i + R_j) (s_i - s_j). Plain loops for numba."""
     out = np.empty((len(rest), 3))
     for i in range(len(rest)):
         s0, s1, s2 = rest[i, 0], rest[i, 1], rest[i, 2]
@@ -223,9 +225,9 @@ def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights:
 
 class ArapDeformer:
     """Eq. 20 for a character: locally rigid, pulled towards the reposed body plus displacement
-    (`control_points`). Factored once a character. Every frame starts from its *own* skinning
-    result, not from the frame before: frames may be computed in any order and on any machine with
-    the same result.
+    (`control_points`). It is factored once per character. Every frame starts from its *own*
+    skinning result, not from the previous frame, so that frames may be computed in any order and
+    on any machine with the same result.
 
     Parameters
     ----------
@@ -264,6 +266,6 @@ class ArapDeformer:
 
 
 def _guess(character: Character, bone_transforms: FloatArray) -> FloatArray:
-    """Rotation (V, 3, 3) of each vertex's strongest bone."""
+    """Return the rotation (V, 3, 3) of each vertex's strongest bone."""
     guess: FloatArray = skinning_matrices(character, bone_transforms)[character.bones[:, 0], :3, :3]
     return guess

@@ -22,22 +22,23 @@ _NEVER = 0.15
 
 @dataclass(frozen=True)
 class BindSettings:
-    """How vertices of the surface are matched to the body.
+    """Settings of the match between vertices of the surface and the body.
 
     Attributes
     ----------
     neighbors : int
         Nearest vertices of the body considered for each vertex of the surface.
     normal_weight : float
-        Meters of distance that opposite normals cost.
+        Cost of opposite normals, as a distance in meters.
     part_smoothing : float
-        Meters over which the evidence for body parts is shared along the surface before parts are
-        chosen.
+        Distance in meters over which the evidence for body parts is diffused along the surface
+        before parts are chosen.
     weight_smoothing : float
-        Meters over which skinning weights are smoothed along the surface.
+        Distance in meters over which skinning weights are smoothed along the surface.
     far : float
-        Meters from the body at which a vertex counts as loose (hair, skirts): it takes its weights
-        from the surface around it rather than from its own nearest body vertex.
+        Distance in meters from the body at which a vertex counts as loose (hair, skirts). A loose
+        vertex takes its weights from the surrounding surface rather than from its nearest body
+        vertex.
     """
 
     neighbors: int = 24
@@ -65,8 +66,8 @@ def skin_of(body: Body) -> Character:
 
 
 def _four_largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The four largest of weights (V, B) of each vertex, (V, 4), largest first, with sum 1, and
-    their bones (V, 4)."""
+    """Return the four largest of weights (V, B) of each vertex, (V, 4), largest first, with sum 1,
+    and their bones (V, 4)."""
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(weights, bones, axis=1).astype(np.float64)
     return largest / largest.sum(axis=1, keepdims=True), bones
@@ -155,8 +156,11 @@ def bind(
 
 
 def _distances(vertices: FloatArray, faces: IntArray, body_vertices: FloatArray) -> FloatArray:
-    """Distance (V,) of each vertex of a surface from the nearest vertex of the body, meters; raises
-    InputError where the surface is empty or far away."""
+    """Return the distance (V,) of each vertex of a surface from the nearest vertex of the body,
+    meters.
+
+    An empty or distant surface is an `InputError`.
+    """
     from scipy.spatial import cKDTree
 
     if len(vertices) == 0 or len(faces) == 0:
@@ -183,8 +187,10 @@ def _with_own_parts(character: Character) -> Character:
 
 
 def _with_twins(character: Character, own: IntArray, twins: IntArray) -> Character:
-    """The character with the body's own weights where its surface is the body's: its vertices `own`
-    (K,) are the body's `twins` (K,)."""
+    """Return the character with the body's own weights where its surface is a copy of the body's.
+
+    Its vertices `own` (K,) are the body's `twins` (K,).
+    """
     body = character.body
     weights, bones = character.weights.copy(), character.bones.copy()
     anchors, parts = character.anchors.copy(), character.parts.copy()
@@ -244,8 +250,8 @@ def _nearest(
 
 
 def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): a lower bound of the
-    distance to the targets."""
+    """Return the distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): a lower
+    bound of the distance to the targets."""
     outside = np.maximum(
         np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0
     )
@@ -253,7 +259,7 @@ def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
 
 
 def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
-    """The chosen columns (V,) of `present` parts, replaced where the part is `known` (V,; -1: not)
+    """Replace the chosen columns (V,) of `present` parts if the part is `known` (V,; -1: unknown)
     and present."""
     lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
     return np.where((known >= 0) & (present[lookup] == known), lookup, chosen)
@@ -262,7 +268,8 @@ def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArr
 def _choose_parts(
     cost: FloatArray, area: FloatArray, stiffness: Any, settings: BindSettings
 ) -> IntArray:
-    """Column (V,) of the part with the largest probability after diffusion along the surface."""
+    """Return the column (V,) of the part with the largest probability after diffusion along the
+    surface."""
     from scipy.sparse import diags
 
     sharp = np.exp(-(cost - cost.min(axis=1, keepdims=True)) / _SHARPNESS)
@@ -274,8 +281,8 @@ def _choose_parts(
 def _skin(
     anchors: IntArray, body: Body, mass: FloatArray, stiffness: Any, settings: BindSettings
 ) -> tuple[FloatArray, IntArray]:
-    """Top-4 weights (V, 4), largest first, and their bones (V, 4): those of the `anchors`, smoothed
-    where their `mass` (V,) is small."""
+    """Return the largest four weights (V, 4) and their bones (V, 4): those of the `anchors`,
+    smoothed where their `mass` (V,) is small."""
     from scipy.sparse import diags
 
     used = np.flatnonzero(body.weights[np.unique(anchors)].max(axis=0) > 0)

@@ -24,7 +24,7 @@ _KEPT_REST = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class RigChange:
-    """A character on another rig, and how that rig follows the body's own bones.
+    """A character on another rig, and the conversion of clips to that rig.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class RigChange:
         return heads_of(self.source, self.spec, self.drivers, transforms)
 
     def _turns(self, given: FloatArray) -> FloatArray:
-        """Rotations (T, K, 3, 3) of the rig's bones from their rest orientations."""
+        """Return the rotations (T, K, 3, 3) of the rig's bones from their rest orientations."""
         heads = self._heads(self.rest)
         turned = given[:, :, :3, :3] @ np.swapaxes(self.rest[:, :3, :3], 1, 2)
         now = self._heads(given)
@@ -121,9 +121,7 @@ class RigChange:
                 reach = heads[place] - heads[above]
                 stiff = _STIFF * scale[above] / max(float(reach @ reach), 1e-6)
                 total[:, above] += stiff * (now[:, place] - now[:, above])[..., None] * reach
-        total += (
-            1e-3 * scale[:, None, None] * turned[:, self.drivers]
-        )  # bones without skin of their own
+        total += 1e-3 * scale[:, None, None] * turned[:, self.drivers]  # bones without skin
         return nearest_rotations(total)
 
 
@@ -254,7 +252,8 @@ def _moments(
 
 
 def _unposed_face(character: Character, change: RigChange) -> Face | None:
-    """The expressions in the rest pose whose new skinning at the photo's pose is the given one."""
+    """Return the expressions in the rest pose that give the present ones under the new skinning in
+    the photo's pose."""
     face = character.surface.face
     if face is None:
         return None
@@ -268,8 +267,11 @@ def _unposed_face(character: Character, change: RigChange) -> Face | None:
 
 
 def _unposed(character: Character, change: RigChange, skin: FloatArray) -> FloatArray:
-    """Vertices (V, 3) in the rest pose whose new skinning in the photo's pose gives the surface;
-    `skin` is the shape that they should resemble."""
+    """Return the vertices (V, 3) in the rest pose whose new skinning in the photo's pose gives the
+    surface.
+
+    `skin` is the shape that they should resemble.
+    """
     blended = blended_matrices(
         change.character, change.follow(character.body.bone_transforms[None])[0]
     )

@@ -204,8 +204,8 @@ def _half_spaces(
     found: tuple[FloatArray, FloatArray],
     ways: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """How far the deepest points of an arm move outwards per radian of its turns (T, M, 4), meters,
-    and how far they must move (T, M), meters."""
+    """Return how far the deepest points of an arm move outward per radian of its turns (T, M, 4),
+    meters, and how far they must move (T, M), meters."""
     depth, normal = found
     deepest = np.argpartition(-depth, min(_POINTS, depth.shape[1] - 1), axis=1)[:, :_POINTS]
     rows = np.arange(len(out))[:, None]
@@ -251,8 +251,8 @@ def _limited(turned: FloatArray, bend: FloatArray) -> FloatArray:
 
 
 def _turned(transforms: FloatArray, arm: _Arm, axes: FloatArray, turned: FloatArray) -> FloatArray:
-    """The clip with the arm turned by `turned` (T, 4): a rotation vector in the axes of the chest,
-    and how much more the elbow is bent."""
+    """Turn the arm of a clip by `turned` (T, 4): a rotation vector in the axes of the chest, and
+    the additional bend of the elbow."""
     out = transforms.copy()
     _, hinge = _bend_of(out, arm)
     turn_bones(out, arm.fore, rotvec_to_rotmat(turned[:, 3:] * hinge))

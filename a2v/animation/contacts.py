@@ -12,7 +12,7 @@ from a2v.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class ContactSettings:
-    """When a foot counts as in contact, and how smoothly it is held.
+    """Thresholds of foot contacts, and smoothness of the correction.
 
     Attributes
     ----------
@@ -55,14 +55,15 @@ def find_contacts(
     fps: float,
     settings: ContactSettings = ContactSettings(),
 ) -> BoolArray:
-    """Frames (T,) in which a point stands on the ground, by height and speed with hysteresis.
+    """Return the frames (T,) in which a point stands on the ground, by height and speed with
+    hysteresis.
 
     Parameters
     ----------
     heights : (T,) float
         Meters over the ground.
     points : (T, 3) float
-        Positions, meters, whose speed counts.
+        Positions whose speed is compared, meters.
     fps : float
     """
     speed = speed_of(points, fps)

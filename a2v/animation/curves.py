@@ -11,8 +11,8 @@ from a2v.types import BoolArray, FloatArray
 
 
 def speed_of(points: FloatArray, fps: float) -> FloatArray:
-    """Speed (T,) in meters a second: the slower of the steps before and after a frame, so that a
-    contact keeps its ends."""
+    """Return the speed (T,), meters per second: the slower of the steps before and after a frame,
+    so that a contact keeps its ends."""
     if len(points) < 2:
         return np.zeros(len(points))
     steps = np.linalg.norm(np.diff(points, axis=0), axis=-1) * fps
@@ -21,7 +21,7 @@ def speed_of(points: FloatArray, fps: float) -> FloatArray:
 
 
 def runs(flags: BoolArray) -> list[tuple[int, int]]:
-    """Runs of True as (first, one past the last)."""
+    """Return the runs of True as (first, one past the last)."""
     edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
@@ -42,7 +42,7 @@ def bridged(values: FloatArray) -> FloatArray:
 
 
 def near(flags: BoolArray, width: float) -> FloatArray:
-    """1 on flags, easing to 0 over `width` frames around them."""
+    """Return 1 on flags, easing to 0 over `width` frames around them."""
     from scipy.ndimage import distance_transform_edt
 
     if not flags.any():
@@ -51,7 +51,8 @@ def near(flags: BoolArray, width: float) -> FloatArray:
 
 
 def eased(values: FloatArray, width: float) -> FloatArray:
-    """A smooth curve (T,) that is nowhere below `values`: a maximum filter, then smoothing."""
+    """Return a smooth curve (T,) that is nowhere below `values`: a maximum filter, then
+    smoothing."""
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
     if values.max(initial=0.0) <= 0:

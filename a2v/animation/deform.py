@@ -10,7 +10,7 @@ from a2v.types import Character, FloatArray
 
 
 def skinning_matrices(character: Character, bone_transforms: FloatArray) -> FloatArray:
-    """Matrices (B, 4, 4) float64 that move points of the bind pose with their bones.
+    """Return matrices (B, 4, 4) float64 that move points of the bind pose with their bones.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def skinning_matrices(character: Character, bone_transforms: FloatArray) -> Floa
 
 
 def blended_matrices(character: Character, bone_transforms: FloatArray) -> FloatArray:
-    """Each vertex's blend (V, 3, 4) float64 of its four bones' matrices."""
+    """Return each vertex's blend (V, 3, 4) float64 of its four bones' matrices."""
     matrices = skinning_matrices(character, bone_transforms)[:, :3]
     weights = character.weights.astype(np.float64)
     flat = matrices.reshape(len(matrices), 12)

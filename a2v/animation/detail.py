@@ -1,4 +1,5 @@
-"""Fingers and faces of motions with joints for the fingers and a joint in front of the face."""
+"""Fingers and faces of motions that have joints for the fingers and a joint in front of the
+face."""
 
 from __future__ import annotations
 

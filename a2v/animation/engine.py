@@ -23,7 +23,7 @@ HANDS = 4.0
 
 @dataclass(frozen=True)
 class EngineSettings:
-    """What exported files hold.
+    """Settings of exported files.
 
     Attributes
     ----------

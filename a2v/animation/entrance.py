@@ -62,7 +62,7 @@ def enter_from(
             f"{transforms.shape[1:]}"
         )
     if seconds <= 0:
-        raise InputError(f"{seconds} s to go over into the clip; expected more than 0")
+        raise InputError(f"{seconds} s to blend into the clip; expected more than 0")
     count = min(len(transforms), round(seconds * fps))
     if count < 1:
         return np.asarray(transforms, np.float32)

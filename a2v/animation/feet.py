@@ -116,8 +116,7 @@ def plan_foot(
 
 
 def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:
-    """Keep a fast foot clear of the ground, but not the lower one of two feet: one foot must
-    stand."""
+    """Keep a fast foot clear of the ground, except the lower of the two: one foot must stand."""
     share = np.clip((plan.height - other.height + 0.03) / 0.04, 0, 1)
     up = np.maximum(plan.rise * share + _MARGIN - plan.height, 0)[:, None] * np.array(
         [0.0, 1.0, 0.0]
@@ -126,8 +125,8 @@ def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:
 
 
 def _toe_bend(rotmats: FloatArray, toes_on: BoolArray, width: float) -> FloatArray:
-    """Angle (T,) by which toes bend up relative to the foot, so that they stay level while the heel
-    is raised."""
+    """Return the angle (T,) by which toes bend up relative to the foot, so that they stay level
+    while the heel is raised."""
     forward = rotmats[:, :, 2]
     dip = np.arcsin(np.clip(-forward[:, 1], -1, 1))
     bend: FloatArray = np.clip(dip, 0, np.deg2rad(50)) * near(toes_on, width)
@@ -186,7 +185,7 @@ def _flattened(rotmats: FloatArray, flat: BoolArray, width: float) -> FloatArray
 
 
 def needed_drop(transforms: FloatArray, rig: Rig, side: str, ankle: FloatArray) -> FloatArray:
-    """How far (T,) the pelvis must come down for the leg to reach `ankle`."""
+    """Return the distance (T,) by which the pelvis must come down for the leg to reach `ankle`."""
     hip = transforms[:, rig.bones[f"{side}_hip"], :3, 3]
     longest = 0.9998 * (
         rig.length(f"{side}_hip", f"{side}_knee") + rig.length(f"{side}_knee", f"{side}_ankle")

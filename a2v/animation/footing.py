@@ -90,7 +90,7 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
     Returns
     -------
     Props
-        None where feet and hands rest on the ground alone.
+        Empty if feet and hands rest only on the ground.
     """
     rig, transforms = rig_of(body), np.asarray(bone_transforms, np.float64)
     joints = joints_of(transforms, rig)
@@ -103,13 +103,13 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
     raised = (levels > 0) & stands
     turn = yaw_to_rotmat(np.array([_facing(joints, raised.any(axis=0))]))[
         0
-    ]  # the clip's axes: +z is where it climbs to
+    ]  # the clip's axes: +z is the direction of the climb
     soles = [sole_points(transforms, rig, side) @ turn for side in SIDES]
     treads = _treads(soles, levels, raised)
     skin = place(rig.skin, transforms)[::2] @ turn
     solids, rungs = list[tuple[str, FloatArray]](), list[_Tread]()
     made = [_solid(tread, skin) for tread in treads]
-    if treads and made[-1] is None:  # whoever's highest step must be a rung is on a ladder
+    if treads and made[-1] is None:  # if the highest step must be a rung, the person is on a ladder
         rungs = treads
     else:
         solids = [
@@ -204,7 +204,7 @@ def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
 
 
 def _slab(tread: _Tread) -> tuple[str, FloatArray]:
-    """A slab under the feet alone, for a person who passes through every larger solid."""
+    """Return a slab only under the feet, for a person who passes through every larger solid."""
     return "slab", box(
         np.array([tread.low[0], tread.height - SLAB, tread.low[1]]),
         np.array([tread.high[0], tread.height, tread.high[1]]),
@@ -212,15 +212,15 @@ def _slab(tread: _Tread) -> tuple[str, FloatArray]:
 
 
 def _through(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """Share of frames in which some of the skin (T, K, 3) is inside a box."""
+    """Return the fraction of frames in which some of the skin (T, K, 3) is inside a box."""
     inset = np.minimum(SHRUNK, 0.3 * (high - low))
     inside = ((skin > low + inset * [1, 0, 1]) & (skin < high - inset)).all(axis=-1).any(axis=-1)
     return float(inside.mean())
 
 
 def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray]]:
-    """Rungs under the balls of the feet with rails up to the height `reach` of the hands; a single
-    rung stands on two posts."""
+    """Return rungs under the balls of the feet with rails up to the height `reach` of the hands; a
+    single rung stands on two posts."""
     if not rungs:
         return []
     places = np.array(
@@ -264,7 +264,7 @@ def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray
 def _bars(
     hands: dict[str, FloatArray], head: FloatArray, flies: BoolArray, fps: float
 ) -> list[tuple[str, FloatArray]]:
-    """Bars on posts where both hands rest above the head (T,) while no foot stands."""
+    """Return bars on posts where both hands rest above the head (T,) while no foot stands."""
     slow = np.all([speed_of(points, fps) < 0.5 for points in hands.values()], axis=0)
     over = np.minimum(*(points[:, 1] for points in hands.values())) > head + 0.05
     solids = list[tuple[str, FloatArray]]()

@@ -1,4 +1,5 @@
-"""Pose fingers to suit the action, and turn palms as on hanging arms: motions have wrists only."""
+"""Pose fingers to suit the action, and turn palms as on hanging arms: motions have no joints beyond
+the wrists."""
 
 from __future__ import annotations
 
@@ -289,7 +290,8 @@ def turn_bones(out: FloatArray, bones: Sequence[int] | IntArray, turn: FloatArra
 
 
 def _bent_back(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
-    """How far the hand is bent back from the forearm (T,), -1 to 1: the sine."""
+    """Return the sine of the angle by which the hand is bent back from the forearm (T,), -1 to
+    1."""
     turned = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T
     palm = turned @ hand.palm
     elbow = transforms[:, rig.bones[f"{hand.side}_elbow"], :3, 3]

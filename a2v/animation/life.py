@@ -23,7 +23,8 @@ AHEAD_SECONDS = 0.3
 _SWAY_STREAM = 7
 """Second number of the seed of the sway, so that blinks with the same seed draw other numbers."""
 _HANDS_SECONDS = 0.6
-"""Seconds over which hands change from one action's pose to the next, mostly before it begins."""
+"""Seconds over which hands change from one action's pose to the next, mostly before the next action
+begins."""
 _BREATH_SECONDS = 4.0
 _SWAY = ((7.3, 1.0), (4.1, 0.6), (2.7, 0.3))
 """Periods in seconds and relative sizes of the waves of a person's sway."""

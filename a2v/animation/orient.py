@@ -97,7 +97,8 @@ def _torso(task: Task) -> tuple[FloatArray, FloatArray]:
 def _neutral_back(
     posture: Posture, joint: str, rig: Rig, share: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Directions of the lower and the upper back when the person stands upright and faces +z."""
+    """Return the directions of the lower and the upper back of a person who stands upright and
+    faces +z."""
     if joint in posture.back:
         return posture.back[joint]
     hips, shoulders = rig.middle("hip"), rig.middle("shoulder")

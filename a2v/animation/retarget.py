@@ -26,7 +26,7 @@ from a2v.types import Body, FloatArray, Motion
 
 @dataclass(frozen=True)
 class RetargetSettings:
-    """How a motion is put on a body.
+    """Settings of retargeting.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def retarget(
 
 
 def has_steps(motion: Motion, settings: RetargetSettings = RetargetSettings()) -> bool:
-    """Whether the feet of a motion may stand on steps on the given body."""
+    """Return whether the feet of a motion may stand on steps on the given body."""
     if settings.raw or settings.steps == "never":
         return False
     return settings.steps == "always" or bool(np.any(motion.provenance.get("rises", [False])))

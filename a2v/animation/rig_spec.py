@@ -50,20 +50,19 @@ class RigBone:
     parent : str
         Empty for the topmost.
     sources : tuple of str
-        Anny's bones that it stands for, the first of which leads. Bones that no bone of the rig
-        names go with their nearest ancestor that one names.
+        Anny's bones that it replaces; it follows the first. Anny's bones without a bone of the rig
+        follow their nearest ancestor that has one.
     at : tuple of str
-        Anny's bones between whose heads its own head is in the rest pose; it moves with the first
-        source. The first source's by default.
+        Anny's bones whose heads' mean is its head in the rest pose; it moves with the first source.
+        Default: the first source.
     tail : str
-        The rig's bone whose head is the other end; empty for the end that the body model gives.
+        The rig's bone whose head is the other end; empty for the end in the body model.
     direction : str
-        Where the bone points in the rest pose: words such as "left" or "left front" of the person,
-        "ahead" for a foot that keeps its tilt, or empty for the direction that it has in Anny's
-        rest pose.
+        Direction of the bone in the rest pose: words such as "left" or "left front" of the person,
+        "ahead" for a foot that keeps its tilt, or empty for the direction in Anny's rest pose.
     toward : str
-        Where the second axis (`RigSpec.toward`) points in the rest pose, as near as the first lets
-        it.
+        Direction of the second axis (`RigSpec.toward`) in the rest pose, as near as the first axis
+        allows.
     """
 
     name: str
@@ -145,7 +144,7 @@ class RigSpec:
 
 @cache
 def load_rig(name: str) -> RigSpec:
-    """The table of a rig of `RIGS` other than `OWN_RIG`.
+    """Load the table of a rig of `RIGS` other than `OWN_RIG`.
 
     Raises
     ------
@@ -172,8 +171,11 @@ def load_rig(name: str) -> RigSpec:
 
 
 def _read_table(name: str) -> dict[str, Any]:
-    """The JSON of a rig. One that is ``like`` another has its bones under names without a
-    ``prefix``, with ``capitals``, and ``more``."""
+    """Read the JSON of a rig.
+
+    A rig that is ``like`` another has its bones with names without a ``prefix``, with ``capitals``,
+    and ``more`` bones.
+    """
     table: dict[str, Any] = json.loads(
         (Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8")
     )
@@ -199,6 +201,7 @@ def _read_table(name: str) -> dict[str, Any]:
 
 
 def world_direction(words: str) -> FloatArray:
-    """Unit vector (3,) of words such as "left front": the person's left is +x, the front +z."""
+    """Return the unit vector (3,) of words such as "left front": the person's left is +x, the front
+    +z."""
     total: FloatArray = np.sum([_DIRECTIONS[word] for word in words.split()], axis=0)
     return total / float(np.linalg.norm(total))

@@ -7,7 +7,7 @@ import numpy as np
 from a2v.types import FloatArray
 
 _WIDTH = 0.01
-"""Miss of a point in meters that costs 1."""
+"""Violation of a half-space by a point that costs 1, meters."""
 _SIZE = 0.3
 """Weight of the square of a turn in radians."""
 _SECONDS = 0.1
@@ -28,9 +28,10 @@ def smooth_turns(
     Parameters
     ----------
     slopes : (T, M, C) float64
-        How far each of M points moves for each of C turns, meters a radian.
+        Displacement of each of M points for each of C turns, meters per radian.
     missing : (T, M) float64
-        How far each point must move from its place at the given turns, meters; negative if outside.
+        Distance that each point must move from its place at the given turns, meters; negative if
+        outside.
     turned : (T, C) float64
         The given turns, radians.
     fps : float

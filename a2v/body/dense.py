@@ -11,13 +11,16 @@ from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import BodyMap, FloatArray, IntArray
 
 _PLACE = 0.06
-"""Expected error of a pixel's place at which it counts half, in the unit of `CanonicalPlaces`."""
+"""Expected error of a pixel's place at which its weight is one half, in the unit of
+`CanonicalPlaces`."""
 _DEPTH = 0.03
-"""Expected error of a pixel's depth at which it counts half, relative to the person's height."""
+"""Expected error of a pixel's depth at which its weight is one half, relative to the person's
+height."""
 _HEAD = np.arange(LANDMARK_INDEX["mouth_right"] + 1)
 """Landmarks of the head."""
 _ELSEWHERE = 0.03
-"""Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
+"""Distance between the two estimates of a nearby landmark at which a pixel's weight is one half,
+relative to the height."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,8 @@ from a2v.kinematics.stance import leg_stance
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
-# How far to trust each landmark, chosen by hand: the face and the hands have many, and where they
-# lie on a body is less certain.
+# Trust in each landmark, chosen by hand. The face and the hands have many landmarks, and their
+# positions on a body are less certain.
 _TRUST = {
     **dict.fromkeys(BLAZEPOSE, 0.4),
     "nose": 0.7,
@@ -271,7 +271,8 @@ class Evidence:
 
 
 def _height_without_depth(pixels: FloatArray, confidence: FloatArray) -> float:
-    """Standing height, pixels, from the longest limbs seen (a projection can only shorten them)."""
+    """Return the standing height, pixels, from the longest visible limbs (a projection can only
+    shorten them)."""
     estimates = []
     for (first, last), ratio in LIMBS_BY_HEIGHT.items():
         for side in ("left", "right"):

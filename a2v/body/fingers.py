@@ -15,31 +15,31 @@ from a2v.types import Body, Camera, FloatArray, Subject
 
 SIDES = {"left": ".L", "right": ".R"}
 _KNUCKLE = (-0.5, 0.25, 1.6, 0.5)
-"""Angles of a finger's knuckle from the body's straight, spread one, radians: lowest, relaxed,
-highest, and the spread about relaxed; so below."""
+"""Angle of a finger's knuckle relative to the body's straight, spread finger, radians: lowest,
+relaxed, highest, and standard deviation. The following constants have the same form."""
 _MIDDLE = (0.0, 0.4, 1.9, 0.5)
-"""Of a finger's middle joint."""
+"""Angle of a finger's middle joint."""
 _SPREAD = (-0.35, 0.0, 0.35, 0.12)
-"""Of a finger to its side."""
+"""Sideways angle of a finger."""
 _THUMB_IN = (-0.5, 0.1, 0.9, 0.3)
-"""Of the thumb towards the palm."""
+"""Angle of the thumb toward the palm."""
 _THUMB_ACROSS = (-0.6, 0.1, 0.6, 0.3)
-"""Of the thumb across the palm."""
+"""Angle of the thumb across the palm."""
 _THUMB_TIP = (-0.3, 0.2, 1.2, 0.35)
-"""Of the thumb's tip."""
+"""Angle of the thumb's tip."""
 _TURN = (-0.7, 0.0, 0.7, 0.25)
-"""Of the whole hand about the wrist's three axes."""
+"""Angle of the whole hand about each of the wrist's three axes."""
 _LAST = 0.6
 """Bend of a finger's last joint as a fraction of the middle one's."""
 _PARALLEL = (0.14, 0.03, -0.08, -0.2)
-"""By so much, radians, relaxed fingers from the index to the little one turn towards each other:
-the body's are spread."""
+"""Sideways turn of relaxed fingers, from the index to the little finger, radians: they are more
+parallel than the body's spread ones."""
 _PLACE = 0.007
 """Expected error of landmarks in the picture's plane, meters."""
 _DEPTH = 0.03
 """Expected error of their depths, meters."""
 _STEP = 1e-7
-"""Of the differences that slopes are taken from, radians."""
+"""Step of the finite differences, radians."""
 _SLACK = np.array([0.006, 0.006, 0.1])
 """Expected errors of the fit's wrist to the right and up, meters, and of the logarithm of its
 hand's size."""
@@ -163,7 +163,7 @@ class _Hand:
             angles, slack = (
                 unknowns[:, :-3],
                 unknowns[:, -3:] * _SLACK,
-            )  # else fingers bend where the fit's wrist or hand is not the photo's
+            )  # otherwise fingers would bend to correct a wrong wrist or hand size of the fit
             points = center + np.exp(slack[:, 2])[:, None, None] * (
                 self.points(transforms, angles) - center
             )
@@ -196,8 +196,8 @@ class _Hand:
 
 
 def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArray:
-    """Positions (21, 3) of the landmarks (21, 4), meters: their depths are relative to the wrist,
-    whose z is `depth`."""
+    """Return the positions (21, 3) of the landmarks (21, 4), meters. Their depths are relative to
+    the wrist, whose z is `depth`."""
     return camera.unproject(
         landmarks[:, :2].astype(np.float64),
         depth + landmarks[:, 2].astype(np.float64) / camera.scale,

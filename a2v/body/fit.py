@@ -47,12 +47,11 @@ class FitResult:
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident
         keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, meters),
         ``camera`` (distance and height, meters; pitch and field of view across the photo's longer
-        side, degrees; and the source of the distance),
-        ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
-        expected error in depth, meters) and ``second_photo`` (of `SIDES`: from where a second photo
-        would add the most); with a surface also ``surface_mean`` (meters, from the
-        surface to the body); with a custom model ``carried_over`` (meters, mean distance from
-        its skin to the fitted one).
+        side, degrees; and the source of the distance), ``loss`` (by term), ``rounds`` (done); of
+        the photo alone ``limb_errors`` (by `LIMBS`: expected error in depth, meters) and
+        ``second_photo`` (one of `SIDES`, from which a second photo would help most); with a surface
+        also ``surface_mean`` (meters, from the surface to the body); with a custom model
+        ``carried_over`` (meters, mean distance from its skin to the fitted one).
     """
 
     body: Body
@@ -268,7 +267,7 @@ class Fit:
 
     def _ground(self, unknowns: Unknowns, space: PoseSpace) -> PhotoCamera:
         """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera
-        in which it stays in the same place of the photo."""
+        that keeps it at the same place in the photo."""
         import torch
 
         camera = unknowns.camera()
@@ -344,8 +343,8 @@ class Fit:
         return points
 
     def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
-        """Distances of the confident keypoints from the body's landmarks, by its standing `height`
-        in meters."""
+        """Return the distances between the confident keypoints and the body's landmarks in the
+        photo, relative to the person's standing `height`, meters."""
         seen = self.evidence.confidence > 0.3
         error = np.linalg.norm(
             camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1

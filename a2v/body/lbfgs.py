@@ -10,11 +10,11 @@ if TYPE_CHECKING:
 
 
 _DYNAMO = "__dynamo_disable"
-"""Attribute in which torch keeps a function of an optimizer that its compiler leaves alone."""
+"""Attribute in which torch stores a version of a function that its compiler skips."""
 
 
 def _without_dynamo(optimizer: Any) -> None:
-    """Keep PyTorch from importing its compiler (1.5 s) for the class of an `optimizer`.
+    """Keep PyTorch from importing its compiler (about 2 s) for the class of an `optimizer`.
 
     Two of the class's methods are wrapped so that the compiler skips them. At its first call, the
     wrapper imports the compiler, unless the method already has the attribute `_DYNAMO`. Nothing
@@ -40,7 +40,7 @@ def minimize(
     Parameters
     ----------
     loss : callable
-        Gives a scalar that depends on `unknowns`, leaf tensors of any shapes that require
+        Returns a scalar that depends on `unknowns`, leaf tensors of any shapes that require
         gradients.
     steps : int
         Iterations.

@@ -1,4 +1,4 @@
-"""Limbs by the landmarks that belong to each."""
+"""Limbs as sets of landmarks."""
 
 from __future__ import annotations
 

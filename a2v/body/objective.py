@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 Stage = Literal["depth", "camera", "joints", "silhouette", "surface_joints", "surface"]
 
-# Of the phenotypes, as the table in `pose_space` chosen by hand: the age and the height hardly show
-# in a photo.
+# Spreads of the phenotypes, chosen by hand like the table in `pose_space`: age and height are
+# hardly visible in a photo.
 _SHAPE_SPREAD = {
     "gender": 0.4,
     "age": 0.05,
@@ -39,7 +39,7 @@ _SHAPE_SPREAD = {
     "proportions": 0.25,
 }
 _GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo: clothes hide the chest, a silhouette shows too little of it,
+"""Mean of Anny's gender for a photo. Clothes hide the chest, a silhouette shows too little of it,
 and a wrong chest is visible on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
@@ -242,7 +242,8 @@ class Objective:
         camera's."""
         s, e = self.settings, self.evidence
         square = (unknowns.project(landmarks) - self._pixels).square().sum(-1) / e.height**2
-        robust = 10.0 if stage == "camera" else s.keypoint_robust  # at first everything pulls
+        # at first no landmark counts as an outlier
+        robust = 10.0 if stage == "camera" else s.keypoint_robust
         weight = 1.0 if self.surface is None else s.joints_weight
         seen = square
         terms = {
@@ -257,7 +258,7 @@ class Objective:
         square = (along - self._depth).square() / e.height**2
         weight = s.depth_weight * (
             1.0 if self.surface is None else 0.1
-        )  # a surface knows better than the detector
+        )  # a surface is more precise than the detector
         terms["depth"] = (
             weight
             * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma)
@@ -273,7 +274,7 @@ class Objective:
         return terms
 
     def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:
-        """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the
+        """Return the terms of the body map's pixels for their `vertices` (n, 3); `scale` () is the
         camera's."""
         s, height = self.settings, self.evidence.height
         seen = term.seen_at(
@@ -318,8 +319,8 @@ class Objective:
         return vertices
 
     def renew_silhouette(self, unknowns: Unknowns) -> None:
-        """Match points of the mask's contour, if there is one, to the rim of the body as it is
-        now."""
+        """Match points of the mask's contour, if there is a mask, to the rim of the current
+        body."""
         mask = self.evidence.mask
         if mask is None or not len(mask.contour):
             return
@@ -333,7 +334,7 @@ class Objective:
         )
 
     def renew_surface(self, unknowns: Unknowns) -> None:
-        """Match the samples of the surface to the body as it is now."""
+        """Match the samples of the surface to the current body."""
         assert self.surface is not None
         self._matches = match_surface(self.surface, self._skin(unknowns), self.model.faces)
 
@@ -362,7 +363,7 @@ class Objective:
     def minimize_angles(
         self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage
     ) -> float:
-        """Lower the objective by the angles `which` (n,) alone; returns its value."""
+        """Lower the objective by only the angles `which` (n,); returns its value."""
         import torch
 
         index, others = torch.from_numpy(which), unknowns.angles.detach()

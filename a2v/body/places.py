@@ -1,9 +1,9 @@
-"""Canonical places: a name in space for every point of a body's outer skin, the same for all people
-and poses.
+"""Canonical places: coordinates of every point of a body's outer skin that are the same for all
+people and poses.
 
-The place of a vertex is where it lies on the default body at rest, each axis scaled to [-1, 1] (as
-the NOCS of Wang et al. 2019, eq. 1, but per axis): x to the person's left, y up, z to the front. A
-network that predicts the place at a pixel thereby predicts which vertices the pixel may show.
+The place of a vertex is its position on the default body at rest, with each axis scaled to [-1, 1]
+(as the NOCS of Wang et al. 2019, eq. 1, but per axis): x to the person's left, y up, z to the
+front. A network that predicts the place at a pixel thus predicts which vertices the pixel may show.
 """
 
 from __future__ import annotations

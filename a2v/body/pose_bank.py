@@ -21,7 +21,7 @@ from a2v.types import FloatArray, OrthographicCamera
 
 SHIPPED = Path(__file__).parent / "data" / "pose_bank_anny.npz"
 QUANTUM = np.pi / 127
-"""Radians of a step in which the bank's angles are kept."""
+"""Step of the quantized angles of the bank, radians."""
 
 COMPARED: tuple[str, ...] = (
     "nose",
@@ -31,7 +31,7 @@ COMPARED: tuple[str, ...] = (
         for joint in ("ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
     ),
 )
-"""Landmarks that poses are compared by."""
+"""Landmarks by which poses are compared."""
 _HEADINGS = 24
 
 
@@ -96,8 +96,8 @@ def load_pose_bank(model: AnnyModel) -> PoseBank:
 
 @dataclass(frozen=True)
 class Likeness:
-    """A pose of the bank that looks like a photo: its number, its orientation (rotation vector),
-    and the misfit, relative to the height."""
+    """A pose of the bank that resembles a photo: its index, its orientation (rotation vector), and
+    its error relative to the height."""
 
     number: int
     root: FloatArray
@@ -191,9 +191,9 @@ _BORDER = 0.1
 
 @dataclass(frozen=True)
 class Placed:
-    """A pose of the bank aligned with a mask.
+    """A pose of the bank that is aligned with a mask.
 
-    It has its number, its orientation, and a camera in whose frame the middle of the hips is the
+    It has its index, its orientation, and a camera in whose frame the middle of the hips is the
     origin.
     """
 

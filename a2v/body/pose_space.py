@@ -1,4 +1,4 @@
-"""The joints that a fit may bend: a few dozen angles with limits, instead of 104 free rotations.
+"""The joint angles of a fit: a few dozen with limits, instead of 104 free rotations.
 
 Each angle rotates one bone, or a chain of bones in equal shares (spine, neck), about a fixed
 anatomical axis given in world axes at rest. Limits are soft: exceeding them adds a cost.
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 # name: (bones, axis, low, high, natural, spread); radians. Axes: x, y, z of the world, or "arm"
 # (along the upper arm), "forearm", "hinge" (of the elbow, positive bends), "swing" (moves the arm
-# forward), "leg" (along the thigh). Written for the left side; the right mirrors it. Limits,
-# natural angles and spreads (standard deviations of everyday standing poses) were chosen by hand,
-# not fitted: with a surface the fit takes `a2v.body.pose_prior` instead, which was.
+# forward), "leg" (along the thigh). Written for the left side; the right side is mirrored. Limits,
+# natural angles and spreads (standard deviations of everyday standing poses) were chosen by hand.
+# With a surface the fit uses the fitted `a2v.body.pose_prior` instead.
 _CENTRAL: dict[str, tuple[tuple[str, ...], str, float, float, float, float]] = {
     "waist_bend": (("spine05", "spine04", "spine03"), "x", -0.4, 0.9, 0.0, 0.15),
     "waist_twist": (("spine05", "spine04", "spine03"), "y", -0.5, 0.5, 0.0, 0.15),

@@ -37,13 +37,13 @@ def load_body_model(name: str = "anny") -> BodyModel:
     """Load a body model: "anny", or the user's own file of an SMPL, SMPL-H or SMPL-X model
     (``.npz``; see `a2v.body.smpl`).
 
-    Later calls return the same Anny. The first call ever takes half a minute (see
-    `a2v.body.anny_data`), later ones a second, most of it torch's.
+    Later calls return the same Anny. The first call on a machine takes half a minute (see
+    `a2v.body.anny_data`), later ones a second, mainly for torch.
 
     Raises
     ------
     InputError
-        Unknown name, or a file that is no such model.
+        The name is unknown, or the file is not such a model.
     """
     if name in MODELS:
         return MODELS[name]()

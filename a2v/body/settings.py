@@ -11,16 +11,15 @@ from a2v.errors import InputError
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 
 LEAST_DISTANCE = 0.8
-"""From which a camera may see a whole person, meters."""
+"""Smallest distance of a camera that shows a whole person, meters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """How `fit_body` weighs its evidence. Lengths called *relative* are fractions of the person's
-    height.
+    """Settings of `fit_body`. Lengths called *relative* are fractions of the person's height.
 
     The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py``
-    measure what they do.
+    measure their effect.
 
     Attributes
     ----------

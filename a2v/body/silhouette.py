@@ -60,7 +60,7 @@ class MaskField:
         value = (field[v, u] * (1 - fu) + field[v, u + 1] * fu) * (1 - fv) + (
             field[v + 1, u] * (1 - fu) + field[v + 1, u + 1] * fu
         ) * fv
-        # Beyond the working grid the distance keeps growing.
+        # Beyond the working grid the distance continues to grow.
         value = value + ((position - clamped).abs().sum(dim=-1)) * self.step
         left, top, right, bottom = self.known
         seen = (
@@ -75,7 +75,7 @@ class MaskField:
 def mask_field(
     mask: FloatArray, known: tuple[float, float, float, float], *, size: int = 256
 ) -> MaskField:
-    """Distance field and contour of a mask (H, W) in [0, 1].
+    """Compute distance field and contour of a mask (H, W) in [0, 1].
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def mask_field(
     )
     inside = small > 0.5
     count, labels, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
-    if count > 1:  # specks are no body
+    if count > 1:  # specks do not belong to a body
         large = [
             label
             for label in range(1, count)
@@ -119,7 +119,7 @@ def mask_field(
         slope = gradient[pixel[:, 1], pixel[:, 0]][:, ::-1]
         length = np.linalg.norm(slope, axis=1, keepdims=True)
         normal = slope / np.maximum(length, 1e-6)
-        # Pixel centers of the last inside pixels; the edge is half a pixel further out.
+        # Centers of the last inside pixels; the edge is half a pixel farther out.
         points.append((pixel + 0.5 + 0.5 * normal) * step)
         normals.append(normal)
     contour = np.concatenate(points).astype(np.float32) if points else np.zeros((0, 2), np.float32)
@@ -187,7 +187,7 @@ def rim_vertices(
     raster: BoolArray,
     step: float,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Vertices on the outline of the body in the camera's view.
+    """Find the vertices on the outline of the body in the camera's view.
 
     A vertex is on the rim if both front- and back-facing triangles meet there and the rendered
     mask's edge is near (so rims in front of the body itself do not count).
@@ -213,7 +213,7 @@ def rim_vertices(
     height, width = raster.shape
     cell = np.floor(pixels / step).astype(int)
     in_frame = (cell >= 0).all(axis=1) & (cell[:, 0] < width) & (cell[:, 1] < height)
-    padded = np.pad(raster, 1)  # where the frame cuts the body there is no rim
+    padded = np.pad(raster, 1)  # no rim where the frame cuts the body
     depth = distance_transform_edt(padded)[1:-1, 1:-1] if raster.any() else np.zeros(raster.shape)
     near = np.zeros(len(ids), dtype=bool)
     near[in_frame] = depth[cell[in_frame, 1], cell[in_frame, 0]] < 2.5
@@ -227,13 +227,13 @@ def rim_vertices(
 
 @dataclass(frozen=True, eq=False)
 class RimMatches:
-    """Points of a mask's contour and the vertices of the body's rim that belong there.
+    """Matched points of a mask's contour and vertices of the body's rim.
 
     Attributes
     ----------
     vertex_ids : (n,) int64
     pixels, normals : (n, 2) float64
-        Of the contour; the normals point outwards, in the image.
+        Points of the contour, and its outward normals in the image.
     """
 
     vertex_ids: torch.Tensor
@@ -263,7 +263,7 @@ def match_rim(
         return None
     every = max(1, len(mask.contour) // 350)
     contour, outward = mask.contour[::every], mask.normals[::every]
-    # Direction counts as much as place: a contour that faces left belongs to a left rim.
+    # Direction counts as much as position: a contour that faces left belongs to a left rim.
     reach = 0.06 * height
     tree = cKDTree(np.concatenate([pixels, reach * normals], axis=1))
     nearest = np.asarray(tree.query(np.concatenate([contour, reach * outward], axis=1))[1])

@@ -9,7 +9,7 @@ from a2v.types import Body, FloatArray, IntArray
 
 
 def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
-    """The largest connected piece of a body's mesh, by its faces.
+    """Return the largest connected piece of a body's mesh, by its faces.
 
     Returns
     -------
@@ -27,13 +27,13 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def skin_vertices(count: int, faces: IntArray) -> IntArray:
-    """Indices (S,) int64, rising, of the vertices that `outer_skin` keeps of a mesh with `count`
-    vertices and `faces` (F, 3)."""
+    """Return the indices (S,) int64, ascending, of the vertices that `outer_skin` keeps of a mesh
+    with `count` vertices and `faces` (F, 3)."""
     return np.unique(_largest_piece(count, faces))
 
 
 def _largest_piece(count: int, faces: IntArray) -> IntArray:
-    """The faces (G, 3) int64 of the largest connected piece, by faces, of a mesh of `count`
+    """Return the faces (G, 3) int64 of the largest connected piece of a mesh of `count`
     vertices."""
     faces = np.asarray(faces, np.int64)
     piece = piece_of_faces(count, faces)
@@ -41,7 +41,7 @@ def _largest_piece(count: int, faces: IntArray) -> IntArray:
 
 
 def spread_vertices(rest: FloatArray, faces: IntArray, count: int, *, seed: int) -> IntArray:
-    """Indices (count,) of vertices (V, 3) spread evenly over the skin."""
+    """Return indices (count,) of vertices (V, 3) spread evenly over the skin."""
     corner = rest[faces]
     area = np.linalg.norm(
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1

@@ -67,7 +67,7 @@ class BodyModel(Protocol):
     shape_bounds: FloatArray  # (S, 2), lowest and highest plausible value
     joint_bones: Mapping[
         str, str
-    ]  # names of joints, of those in JOINT_BONES, and the bone whose head each is
+    ]  # names of joints in JOINT_BONES, and the bone whose head each is
 
     @property
     def n_shape(self) -> int:
@@ -128,7 +128,7 @@ class BoneTree:
 
         self._parents = torch.from_numpy(parents.astype(np.int64))
         self._levels: list[tuple[Tensor, Tensor]] = []
-        """Bones of a depth, and the position of each one's parent within the level above."""
+        """Bones of a depth, and the position of each one's parent within the previous level."""
         current = np.flatnonzero(parents < 0)
         previous = current
         while len(current):
@@ -217,7 +217,7 @@ def make_body(
     grounded: bool = False,
     provenance: Mapping[str, Any] | None = None,
 ) -> Body:
-    """A `Body` of `model` in one pose and shape.
+    """Make a `Body` of `model` in one pose and shape.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def make_body(
 
 
 def _shape_values(model: BodyModel, shape: FloatArray | Mapping[str, float] | None) -> FloatArray:
-    """All shape parameters (S,) float32 of `make_body`'s `shape`."""
+    """Return all shape parameters (S,) float32 of `make_body`'s `shape`."""
     if isinstance(shape, Mapping):
         if unknown := [name for name in shape if name not in model.shape_names]:
             raise InputError(

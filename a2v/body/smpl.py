@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 MAX_MODEL_BYTES = 2 << 30
 MAX_SHAPES = 10
-"""Shape coefficients that are used, of the 10 to 400 in a file."""
+"""Number of shape coefficients that are used, of the 10 to 400 in a file."""
 
 _BODY = (
     "pelvis",
@@ -67,9 +67,9 @@ JOINTS: dict[int, tuple[str, tuple[str, ...]]] = {
     52: ("smplh", (*_BODY, *_FINGERS)),
     55: ("smplx", (*_BODY, "jaw", "left_eye_smplhf", "right_eye_smplhf", *_FINGERS)),
 }
-"""Name of the model and of its joints, by their number."""
+"""Name of the model and of its joints, by the number of joints."""
 
-# Joints whose place SMPL's regressors and Anny mean alike; the spine's differ.
+# Joints with the same position in SMPL's regressors and in Anny; those of the spine differ.
 _LIMB_JOINTS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 _JOINT_BONES = {
     **{"hips": "pelvis", "neck": "neck", "head": "head"},
@@ -163,7 +163,8 @@ class SmplModel(BodyModel):
         )
 
     def _arrays(self, vertex_ids: Tensor | None, dtype: torch.dtype) -> tuple[Tensor, ...]:
-        """Template, shapes, pose corrections and weights of some vertices, and the joints' own."""
+        """Return template, shapes, pose corrections and weights of some vertices, and those of the
+        joints."""
 
         def chosen() -> tuple[Tensor, ...]:
             ids = slice(None) if vertex_ids is None else vertex_ids
@@ -235,7 +236,7 @@ class SmplModel(BodyModel):
 
     @cached_property
     def _landmark_table(self) -> list[tuple[int | None, np.ndarray]]:
-        """For each landmark a joint, or vertices of the template whose mean it is."""
+        """Return for each landmark a joint, or the vertices of the template whose mean it is."""
         rest = self._template.numpy()
         none = np.zeros(0, np.int64)
         skull = np.flatnonzero(self.parts == PARTS.index("head"))
@@ -256,7 +257,9 @@ class SmplModel(BodyModel):
                 foot = np.flatnonzero(self.parts == PARTS.index(f"{side}_foot"))
                 order = foot[np.argsort(rest[foot, 2])]
                 table.append((None, order[:4] if joint == "heel" else order[-4:]))
-            else:  # of the face: the vertex nearest to its usual place beside the tip of the nose
+            # landmarks of the face: the vertex nearest to the usual position relative to the tip of
+            # the nose
+            else:
                 along, up = {
                     "ear": (0.5, 0.2),
                     "eye": (0.2, 0.22),
@@ -277,7 +280,7 @@ class SmplModel(BodyModel):
 
 def _parents(table: np.ndarray) -> IntArray:
     parents = np.array(table[0], np.int64)
-    parents[0] = -1  # written as 2**32 - 1
+    parents[0] = -1  # stored as 2**32 - 1
     return parents
 
 
@@ -313,14 +316,14 @@ def _read(path: Path) -> dict[str, np.ndarray]:
             }
         )
         if missing := [name for name in needed if name not in archive.files]:
-            raise InputError(f"{path} is no SMPL model: it has no array {', '.join(missing)}")
+            raise InputError(f"{path} is not an SMPL model: it has no array {', '.join(missing)}")
         if sum(sizes.get(name, 0) for name in needed) > MAX_MODEL_BYTES:
             raise InputError(
                 f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it"
             )
         arrays = {
             name: archive[name] for name in needed
-        }  # the others of SMPL-X hold pickled objects
+        }  # other arrays of SMPL-X contain pickled objects
     with reading(path, "usable SMPL model", expected):
         return _checked(path, arrays, needed)
 

@@ -1,4 +1,5 @@
-"""Positions on a body's skin of points near it: part, place at rest, and the mirrored position."""
+"""Positions on a body's skin of nearby points: part, position at rest, and the mirrored
+position."""
 
 from __future__ import annotations
 
@@ -11,21 +12,24 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 TURNED = 0.05
-"""Meters that normals one unit apart count for: the front of an arm is no neighbor of its back."""
+"""Distance that equals a difference of one unit between normals, meters. So the front of an arm is
+not near its back."""
 _HELIX = 0.97
-"""Vertices of a head that are at least so near to its widest point are its ears'."""
+"""Vertices of a head at least at this fraction of its largest half width belong to the ears."""
 _CHEEK = 0.03
-"""A face begins so far before the ears' rims, meters."""
+"""Distance in front of the ears' rims at which the face begins, meters."""
 _FOREHEAD = 0.4
-"""It ends at this share of the way from there to the top."""
+"""Height at which the face ends, as a fraction of the way from the upper half of the ears to the
+top."""
 _EARS = 0.012
-"""Hair grows so far behind the ears' rims, meters."""
+"""Distance behind the ears' rims from which hair grows, meters."""
 _NAPE = 0.045
-"""It grows down to so far below their upper half, meters."""
+"""Distance below the upper half of the ears down to which hair grows, meters."""
 _CROWN = 0.6
-"""It grows everywhere above this share of the way from there to the top."""
+"""Fraction of the way from there to the top above which hair grows everywhere."""
 _TEMPLE = 0.035, 0.025
-"""From so far above the ears' upper half on, meters, it begins so far before their rims."""
+"""Height above the upper half of the ears from which hair also grows in front of their rims, and
+the distance in front of them, meters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +41,9 @@ class Spots:
     parts : (V,) int8
         Index into `a2v.body.PARTS`.
     places : (V, 3) float64
-        Where the spot lies in the body's rest pose, meters; the person's left on +x, y up, facing
-        +z.
+        Position in the body's rest pose, meters; the person's left on +x, y up, facing +z.
     normals : (V, 3) float64
-        Of the skin there.
+        Normals of the skin.
     scalp : (V,) bool
         Area where hair can grow: behind the ears down to the nape, and the crown.
     bare : (V,) bool
@@ -73,8 +76,10 @@ class Spots:
 
 
 def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
-    """The spot of a body's skin nearest to each point (V, 3), meters: quick and coarse;
-    `a2v.animation.bind` also looks at normals."""
+    """Return the spot of a body's skin nearest to each point (V, 3), meters.
+
+    It is fast and coarse; `a2v.animation.bind` also compares normals.
+    """
     from scipy.spatial import cKDTree
 
     return spots_of(np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1]), body)
@@ -102,7 +107,8 @@ def moved_from_rest(body: Body) -> FloatArray:
 
 
 def rest_vertices(body: Body) -> FloatArray:
-    """A body's vertices (V, 3) float64 in its rest pose, meters: linear blend skinning undone."""
+    """Return a body's vertices (V, 3) float64 in its rest pose, meters, by inverse linear blend
+    skinning."""
     blended = moved_from_rest(body)
     away = np.asarray(body.vertices, np.float64) - blended[..., 3]
     return np.asarray(np.linalg.solve(blended[..., :3], away[..., None])[..., 0])

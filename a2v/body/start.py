@@ -14,10 +14,9 @@ from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 _HIPS = 0.073
-"""The hips of Anny's default adult above the model's origin, meters; roughly, which is enough for a
-start."""
+"""Approximate height of the hips of Anny's default adult above the model's origin, meters."""
 _TRUNK = 0.29
-"""Its trunk by its height, roughly."""
+"""Approximate length of its trunk as a fraction of its height."""
 
 
 def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:

@@ -20,11 +20,11 @@ STRAY = 0.045
 """Distance of a limb's worst landmark from the photo's, relative to the height, above which the
 limb is stray. In a good fit the worst landmark is 1 to 3.5 % off."""
 _TRIED = 5
-"""Starts of a limb at most."""
+"""Largest number of starts of a limb."""
 _APART = 0.25
 """Least mean distance between the limb's landmarks of two starts, meters."""
 _KEPT = 2
-"""Number of starts, the best after a fit of the limb alone, that are fitted as a whole."""
+"""Number of starts, the best after a fit of only the limb, that are fitted as a whole."""
 _STEPS = 15
 """Iterations of each fit."""
 _GAIN = 5.0
@@ -72,8 +72,8 @@ def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> U
 def mend_doubtful(
     objective: Objective, model: AnnyModel, unknowns: Unknowns, errors: Mapping[str, float]
 ) -> Unknowns | None:
-    """The same for arms and legs whose expected error in depth (`limb_errors`) is over `DOUBTFUL`,
-    the worst first."""
+    """Do the same for arms and legs whose expected error in depth (`limb_errors`) is over
+    `DOUBTFUL`, the worst first."""
     found = unknowns
     for limb in sorted(errors, key=lambda limb: -errors[limb]):
         if limb.endswith(tuple(_ANGLES)) and errors[limb] > DOUBTFUL:
@@ -82,8 +82,11 @@ def mend_doubtful(
 
 
 def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
-    """Whether the first of two `FitResult.residuals` has the lower loss and covers the mask as
-    well as the second: landmarks alone may be wrong."""
+    """Return whether the first of two `FitResult.residuals` has the lower loss and covers the mask
+    as well as the second.
+
+    Landmarks may be wrong, so that they alone are not enough.
+    """
     lower = sum(found["loss"].values()) < sum(before["loss"].values())
     return bool(
         lower and found.get("silhouette_iou", 1.0) > before.get("silhouette_iou", 1.0) - _LEAVES

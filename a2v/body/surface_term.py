@@ -93,8 +93,11 @@ class SurfaceMatches:
 def match_surface(
     samples: SurfaceSamples, vertices: FloatArray, faces: IntArray
 ) -> SurfaceMatches | None:
-    """Nearest neighbors of a surface and a body (V, 3) both ways, with agreeing normals; None
-    where hardly any agree."""
+    """Return the nearest neighbors of a surface and a body (V, 3) in both directions, with agreeing
+    normals.
+
+    None if hardly any agree.
+    """
     import torch
     from scipy.spatial import cKDTree
 

@@ -1,9 +1,9 @@
-"""The terms of a fit, each in units of squared standard deviations, so that the weights are plain
-numbers.
+"""The terms of a fit, each in units of squared standard deviations, so that the weights are
+dimensionless.
 
 Tolerances and scales here were chosen by hand, so that the fits of the photos of
 ``tests/body/test_photos.py`` and of ``python -m benchmarks.fit`` come out well; none was fitted to
-data. `FitSettings` holds those that a user may change.
+data. `FitSettings` has those that a user may change.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
 
 
 def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
-    """The detector's skeleton `points` (33, 3), on our scale, moved onto the landmarks (33, 3):
+    """Move the detector's skeleton `points` (33, 3), in our scale, to the landmarks (33, 3):
     meters, within 5 cm."""
     difference = landmarks - points
     center = (weights[:, None] * difference).sum(0) / weights.sum()
@@ -111,8 +111,10 @@ def build_of_body(
     height: float,
     height_sigma: float,
 ) -> Tensor:
-    """Gaussian around an everyday shape (S,) and standing height: vertices 0 and 1 of `state` are
-    crown and sole."""
+    """Penalize distance from an everyday shape (S,) and standing height by a Gaussian.
+
+    Vertices 0 and 1 of `state` are crown and sole.
+    """
     crown, sole = state.rest_vertices[0], state.rest_vertices[1]
     tall = ((crown[1] - sole[1] - height) / height_sigma).square()
     return ((shape - mean) / spread).square().sum() + tall
@@ -160,18 +162,19 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
             total = total + (angles[space.index(f"{side}_knee_bend")] / 0.08).square()
         if standing:
             total = total + ((point["hip"][2] - point["ankle"][2]) / 0.025).square()
-            # A camera at eye level looks down on the feet: they may seem to point down a little.
+            # A camera at eye level looks down on the feet, so that they may seem to point down
+            # slightly.
             total = total + ((point["heel"][1] - point["foot_index"][1]) / 0.06).square()
     return total
 
 
 _OUTLINE = 90.0
-"""Number of independent measurements that the points of an outline count as: neighboring points
-repeat each other."""
+"""Number of independent measurements that the points of an outline count as; neighboring points are
+redundant."""
 _MAP = 90.0
-"""The same for the pixels of a map."""
+"""The same number for the pixels of a map."""
 _SURFACE = 200.0
-"""The same for the points of a surface."""
+"""The same number for the points of a surface."""
 
 
 def skin_in_mask(
@@ -229,16 +232,16 @@ def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float
 
 
 def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Tensor:
-    """Eq. 16 in depth: landmarks (33, 3) to the joints inside of the surface (33, 3), within 3
-    cm."""
+    """Eq. 16 in depth: penalize the distance of landmarks (33, 3) to the joints inside of the
+    surface (33, 3), within 3 cm."""
     square = (landmarks[:, 2] - targets[:, 2]).square()
     return robust_sum(square, weights=weights, scale=0.1) / 0.03**2
 
 
 def alike(first: Tensor, second: Tensor, spread: Tensor) -> Tensor:
-    """Penalty for the difference between the angles (D,) of one person in two photos, within a
-    fifth of their `spread` (D,) among standing people.
+    """Penalize the difference between the angles (D,) of one person in two photos.
 
-    It is robust in each angle: an arm that has moved costs no more than a fixed sum.
+    The tolerance is a fifth of their `spread` (D,) among standing people. It is robust in each
+    angle: an arm that has moved costs no more than a fixed sum.
     """
     return geman_mcclure(((first - second) / (0.2 * spread)).square(), 2.0).sum(-1)

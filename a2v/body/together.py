@@ -15,6 +15,7 @@ from a2v.body.fit import Fit, FitResult, one_thread, unknowns_of
 from a2v.body.lbfgs import minimize
 from a2v.body.objective import Objective, Stage
 from a2v.body.registry import load_body_model
+from a2v.body.second_photo import best_side, heading
 from a2v.body.settings import FitSettings
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.terms import alike
@@ -31,7 +32,7 @@ LEAN = 0.05
 LEANS = 2.0
 """Robust scale of this difference, in multiples of `LEAN`."""
 ALIKE = 1.0
-"""Weight of poses that are nearly the same."""
+"""Weight of the term for nearly equal poses."""
 
 
 @one_thread()
@@ -46,9 +47,9 @@ def fit_together(
     """Fit one shape to several photos of the same person, and a pose and a camera to each.
 
     It starts from the fit to each photo alone and minimizes the sum of their objectives; the prior
-    of the shape counts once. Poses that are nearly the same are drawn together
-    (`a2v.body.terms.alike`): a person photographed from two sides mostly keeps the pose, and
-    each photo shows the depth that the other does not.
+    of the shape counts once. Nearly equal poses attract each other (`a2v.body.terms.alike`): a
+    person photographed from two sides mostly keeps the pose, and each photo shows the depth that
+    the other does not.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def fit_together(
     Raises
     ------
     InputError
-        Not as many fits (or surfaces) as photos.
+        The number of fits (or surfaces) differs from that of the photos.
     """
     if (
         not subjects
@@ -141,7 +142,7 @@ class _Together:
         )
 
     def to_photos(self, progress: Progress | None) -> list[FitResult]:
-        """By landmarks and silhouettes; every body is put on the ground."""
+        """Fit to landmarks and silhouettes; every body is put on the ground."""
         done = self._rounds("silhouette", progress)
         losses = [
             one.values(own, "silhouette")
@@ -157,10 +158,18 @@ class _Together:
                     part._result(own, camera, one.space, {"loss": loss, "rounds": done})
                 )
             )
-        return results
+        turned = [
+            heading(part._landmarks(result.body))
+            for part, result in zip(self.parts, results, strict=True)
+        ]
+        side = best_side(results[0].residuals["limb_errors"], *turned)
+        return [
+            dataclasses.replace(result, residuals={**result.residuals, "second_photo": side})
+            for result in results
+        ]
 
     def to_surfaces(self, progress: Progress | None) -> list[FitResult]:
-        """By the surfaces (Eq. 15), in their frames."""
+        """Fit to the surfaces (Eq. 15), in their frames."""
         self._minimize(self.settings.steps, "surface_joints")
         done = self._rounds("surface", progress)
         results = []
@@ -233,8 +242,8 @@ def _upright(first: Unknowns, second: Unknowns) -> Tensor:
 
 
 UNLIKE = 0.09
-"""Bodies at rest of the fits to single photos that are farther apart in the mean, meters, may be of
-different persons; those of one person were within 5 cm."""
+"""Largest mean distance between bodies at rest of fits to single photos of one person, meters.
+Those of one person were within 5 cm."""
 
 
 def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a fit solves for: orientation, angles, shape, place and the camera's scale."""
+"""The unknowns of a fit: orientation, angles, shape, position and the camera's scale."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Unknowns:
     center : tuple of 2 float
         The camera's center; constant, since the translation does the same.
     pitch : ()
-        How far down a perspective camera looks, radians.
+        Angle by which a perspective camera looks down, radians.
     log_distance : ()
         Logarithm of a perspective camera's distance.
     view : View
-        Perspective, if there is one: the optical axis meets the depth of `translation`, or
-        `aim_depth` where that is not None.
+        Perspective, if any: the optical axis meets the depth of `translation`, or `aim_depth` if
+        that is not None.
     """
 
     base: Tensor
@@ -156,7 +156,7 @@ class Unknowns:
         return self.log_distance.exp().clamp_min(LEAST_DISTANCE)
 
     def _aim(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Where the optical axis meets the person's depth, meters."""
+        """Point at which the optical axis meets the person's depth, meters."""
         import torch
 
         scale, (u, v) = self.log_scale.exp(), self.view.axis
@@ -172,7 +172,7 @@ class Unknowns:
         return self._aim()[1] + self._away() * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:
-        """Pixels (..., 2) of points (..., 3)."""
+        """Project points (..., 3) to pixels (..., 2)."""
         import torch
 
         scale = self.log_scale.exp()

@@ -1,4 +1,4 @@
-"""Estimate the photo's camera: its distance and how steeply it looks down."""
+"""Estimate the photo's camera: its distance and its pitch."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ import numpy as np
 
 from a2v.types import FloatArray, PhotoCamera, Subject
 
-USUAL = (3.0, 0.4)
-"""Usual distance of a camera that sees a whole person, meters, and the spread of its logarithm."""
+USUAL = (2.4, 0.4)
+"""Usual distance of a camera that shows a whole person, meters, and the standard deviation of its
+logarithm."""
 HELD = 1.45
-"""Usual height of a camera over the ground, meters: somebody stands and holds it."""
+"""Usual height of a hand-held camera above the ground, meters."""
 STEEPEST = 0.6
 """Largest estimated pitch of a camera, up or down, radians."""
 _LENS = 26.0
-"""Focal length of a telephone's main camera as for 35 mm film, millimeters."""
+"""Focal length of a phone's main camera, 35 mm equivalent, millimeters."""
 _LENS_SPREAD = 0.45
-"""Spread of the logarithm of a distance that follows from it: other lenses, and photos that are
-cropped."""
+"""Standard deviation of the logarithm of a distance from that focal length: phones have other
+lenses, and photos are cropped."""
 _SHAPES = (4 / 3, 3 / 2, 16 / 9)
-"""Longer over shorter side of photos as cameras give them; of others a part is missing."""
+"""Usual ratios of the longer to the shorter side of photos. Other photos are cropped."""
 _FILM = 43.27
 """Diagonal of 35 mm film, millimeters."""
 _LIMITS = (1.0, 30.0)
@@ -36,11 +37,11 @@ class View:
     Attributes
     ----------
     distance, pitch, source
-        As of `PhotoCamera`.
+        See `PhotoCamera`.
     axis : tuple of 2 float
         Pixel that the optical axis meets.
     spread : float
-        Standard deviation of the logarithm of the distance; 0 for a distance that is known.
+        Standard deviation of the logarithm of the distance; 0 for a known distance.
     """
 
     distance: float = 0.0
@@ -101,7 +102,7 @@ def estimated_view(
             spread = USUAL[1] * math.sqrt(own / (1 + own))
             source = "a telephone's usual field of view and the person's share of the photo"
     distance = float(np.clip(distance, *_LIMITS)) if source != "given" else distance
-    over = tall * (box[3] - axis[1]) / height  # of the axis over the ground
+    over = tall * (box[3] - axis[1]) / height  # height of the axis above the ground
     pitch = float(np.clip(np.arctan((HELD - over) / distance), -STEEPEST, STEEPEST))
     return View(distance, pitch, axis, source, spread)
 

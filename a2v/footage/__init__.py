@@ -1,8 +1,7 @@
-"""From a video to a motion: one person is followed through it, one body is fitted to all of its
-frames.
+"""Convert a video to a motion: track one person through it, and fit one body to all of its frames.
 
-`a2v.footage.follow.follow_person` does all of it; `a2v.footage.reading` reads,
-`a2v.footage.tracking` looks at single frames, `a2v.footage.fit` fits.
+`a2v.footage.follow.follow_person` does all of it. `a2v.footage.reading` reads videos,
+`a2v.footage.tracking` detects the person in single frames, and `a2v.footage.fit` fits the body.
 """
 
 from a2v.footage.reading import SUFFIXES, is_video

@@ -24,7 +24,7 @@ _FOLLOWED = 0.35
 
 @dataclass(frozen=True)
 class Change:
-    """From one frame to the next.
+    """Change of the background from the previous frame to this one.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Change:
     known : bool
         Whether enough of the background was tracked; otherwise `warp` is the identity.
     cut : bool
-        Another shot begins.
+        Whether another shot begins.
     """
 
     warp: FloatArray
@@ -45,7 +45,7 @@ SAME = np.eye(2, 3)
 
 
 class Background:
-    """Track corners beside the person (Lucas and Kanade 1981) and fit a similarity by RANSAC."""
+    """Tracks corners beside the person (Lucas and Kanade 1981) and fits a similarity by RANSAC."""
 
     def __init__(self) -> None:
         self._gray: ByteArray | None = None

@@ -60,8 +60,8 @@ _JAW = (1, 152)
 
 @dataclass(frozen=True)
 class FaceBasis:
-    """The body's face as the detector sees it, meters: landmarks at rest (478, 3), how `names` move
-    them (52, 478, 3), and which are `steady` (n,)."""
+    """The body's face in the detector's landmarks, meters: at rest (478, 3), their moves by `names`
+    (52, 478, 3), and the `steady` ones (n,)."""
 
     names: tuple[str, ...]
     rest: FloatArray
@@ -71,7 +71,7 @@ class FaceBasis:
 
 @functools.cache
 def face_basis() -> FaceBasis:
-    """That of Anny."""
+    """Return the face of Anny."""
     corners, weights = face_landmarks()
     around, actions = teeth().around, actions_of()
     moves = np.zeros((len(actions), len(corners), 3))
@@ -85,12 +85,12 @@ def face_basis() -> FaceBasis:
 
 
 def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> dict[str, FloatArray]:
-    """Strengths (T,) in [0, 1] of the expressions by ARKit's names; empty where the face is hardly
-    seen.
+    """Fit strengths (T,) in [0, 1] of the expressions by ARKit's names; empty if the face is rarely
+    visible.
 
-    The landmarks are laid on the body's by those that no expression moves (a similarity), the
-    neutral face is the median of frames with open eyes and a closed jaw, and the strengths w of a
-    frame minimize ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
+    The landmarks are aligned with the body's by those that no expression moves (a similarity). The
+    neutral face is the median of frames with open eyes and a closed jaw. The strengths w of a frame
+    minimize ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
 
     Parameters
     ----------
@@ -109,7 +109,8 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
     laid = _laid(points[:, basis.steady], basis.rest[basis.steady], points)
     neutral = _neutral(laid)
     strengths = _strengths(laid - neutral, basis)
-    for _ in range(_AGAIN):  # with what expressions move taken out, all landmarks hold the face
+    # after the expressions' moves are removed, all landmarks align the face
+    for _ in range(_AGAIN):
         laid = _laid(points, neutral + np.einsum("tb,bnk->tnk", strengths, basis.moves), points)
         strengths = _strengths(laid - neutral, basis)
     found = np.zeros((len(faces), len(basis.names)))
@@ -126,8 +127,8 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
 
 
 def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray:
-    """Points (T, N, 3) moved, turned and scaled as brings `own` (T, n, 3) onto `target` (n, 3) or
-    (T, n, 3) best (Umeyama 1991)."""
+    """Move, turn and scale points (T, N, 3) as best aligns `own` (T, n, 3) with `target` (n, 3) or
+    (T, n, 3) (Umeyama 1991)."""
     target = np.broadcast_to(target, own.shape)
     middle, center = target.mean(axis=1, keepdims=True), own.mean(axis=1, keepdims=True)
     first, second = own - center, target - middle
@@ -143,7 +144,7 @@ def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray
 
 
 def _neutral(laid: FloatArray) -> FloatArray:
-    """The face (478, 3) at rest."""
+    """Return the face (478, 3) at rest."""
     lids = sum(laid[:, upper, 1] - laid[:, lower, 1] for upper, lower in _EYES)
     jaw = laid[:, _JAW[0], 1] - laid[:, _JAW[1], 1]
     order = np.argsort(jaw - lids, kind="stable")
@@ -152,8 +153,8 @@ def _neutral(laid: FloatArray) -> FloatArray:
 
 
 def _strengths(moved: FloatArray, basis: FaceBasis) -> FloatArray:
-    """Strengths (T, 52) that move landmarks by (T, 478, 3), by accelerated projected gradients
-    (Nesterov 1983)."""
+    """Return the strengths (T, 52) that move landmarks by (T, 478, 3), by accelerated projected
+    gradients (Nesterov 1983)."""
     weight = np.array([1.0, 1.0, _DEPTH]) / (_ERROR**2 * _ALIKE)
     spread = np.array([_RARE if name.startswith(RARE) else _SPREAD for name in basis.names])
     matrix = np.einsum("ank,k,bnk->ab", basis.moves, weight, basis.moves) + np.diag(1 / spread**2)
@@ -168,8 +169,8 @@ def _strengths(moved: FloatArray, basis: FaceBasis) -> FloatArray:
 
 
 def _rested(found: FloatArray, seen: np.ndarray, times: FloatArray) -> FloatArray:
-    """Strengths (T, 52) between frames in which the face is seen, and at rest where it is not for
-    long."""
+    """Interpolate strengths (T, 52) between frames in which the face is visible; in long gaps the
+    face is at rest."""
     at = times[seen]
     out = np.stack([np.interp(times, at, column) for column in found[seen].T], axis=1)
     after = np.searchsorted(at, times).clip(0, len(at) - 1)

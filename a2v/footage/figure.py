@@ -160,7 +160,7 @@ class Figure:
 
 
 class _Frame:
-    """Parts of a `Figure` that do not depend on the shape."""
+    """The parts of a `Figure` that do not depend on the shape."""
 
     def __init__(self, model: AnnyModel):
         import torch
@@ -211,7 +211,7 @@ class _Frame:
 
     @cached_property
     def count(self) -> int:
-        """Moving bones."""
+        """Number of moving bones."""
         return len(self.bones)
 
 

@@ -1,4 +1,4 @@
-"""Fit one body to a piece of film, window by window, with a prior on how joints move."""
+"""Fit one body to a piece of film, window by window, with a prior on joint motion."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class FilmFit:
     """Fits a body to tracks of a film."""
 
     def __init__(self, settings: FollowSettings):
-        """Loads the body model."""
+        """Load the body model."""
         self.settings = settings
         self.model: AnnyModel = load_body_model()
         self.space = pose_space(self.model)
@@ -117,11 +117,11 @@ class FilmFit:
         points : (T, 33, 3)
             Its 3D landmarks with steady depths (`a2v.footage.modes.steady_depths`).
         stands : Stands, optional
-            Feet that stand. They must neither move nor leave the ground.
+            Contacts of the feet. Feet in contact must neither move nor leave the ground.
         start : Moves, optional
             An earlier fit whose shape and tilt are kept.
         progress : Progress, optional
-            Over frames.
+            Counts frames.
         """
         import torch
 
@@ -242,12 +242,12 @@ class FilmFit:
             + _ANGLE_WEIGHT * pseudo_huber(acceleration(angles, times).square() / _TURNS**2).sum()
         )
 
-    # --- where it starts
+    # --- start values
 
     def _calibrated(
         self, track: Track, points: FloatArray, bank: tuple[FloatArray, FloatArray]
     ) -> tuple[FloatArray, float]:
-        """The body's shape (S,) and the tilt of the camera, from a sample of frames."""
+        """Estimate the body's shape (S,) and the tilt of the camera from a sample of frames."""
         import torch
 
         sure = np.flatnonzero(track.seen)
@@ -311,8 +311,8 @@ class FilmFit:
     def _places(
         self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float
     ) -> FloatArray:
-        """Places (T, 3) at which the hips project to their pixels, at the distance that the height
-        of the person implies."""
+        """Return the positions (T, 3) at which the hips project to their pixels, at the distance
+        that follows from the person's height."""
         import torch
 
         with torch.no_grad():
@@ -338,8 +338,8 @@ class FilmFit:
 
 
 def _believed_tilt(track: Track, height: float) -> float:
-    """Angle in radians by which the camera looks down, if it has the usual height and the person
-    stands on level ground."""
+    """Return the angle in radians by which the camera looks down, if it has the usual height and
+    the person stands on level ground."""
     away = float(np.median(track.focal * height / track.heights))
     heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(
         axis=1

@@ -9,37 +9,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
 from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.ground import LEGS, evenly, standing
 from a2v.footage.hands import Hands, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
-from a2v.footage.terms import SOLE, SOLES, Stands
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
 from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
 from a2v.io import sha256
-from a2v.kinematics.foot_contacts import PlantSettings, contacts
+from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
-SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
-"""Limits for contacts of feet whose depth is estimated."""
+PLANTED = PlantSettings(carry=0.5)
+"""How feet are planted at the end: feet whose depth is estimated slide more than the body drifts,
+so that the body is moved back by half of what standing feet slide."""
 LOOKING = 0.8
 """Share of the progress bar that the detectors take."""
-_LEGS = tuple(
-    tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot"))
-    for side in ("left", "right")
-)
 _FLOOR = 0.1
 """Share of the frames in which the lower foot may be below the ground."""
 
@@ -54,7 +50,7 @@ class Followed:
         Meters, y up, 30 frames per second. The person starts above the origin; the camera is in
         the direction of +z.
     remarks : tuple of str
-        What was not seen, with times, and what was left out.
+        Notes on unseen parts, with times, and on parts of the video that were left out.
     facts : dict
         Number of ``frames`` that were read, number of frames in which the person was ``seen``,
         ``height`` and ``tilt`` of the camera (meters, degrees), and others.
@@ -73,12 +69,12 @@ def follow_person(
     action: str = "",
     progress: Progress | None = None,
 ) -> Followed:
-    """Follow the person in a video.
+    """Convert a video of a person to a motion.
 
     Parameters
     ----------
     path : path
-        A video of one person who is seen mostly from head to foot. Sound is ignored.
+        A video in which one person is mostly visible from head to foot. Sound is ignored.
     settings : FollowSettings, optional
     seconds : float, optional
         Length of the part that is used, from ``settings.start``. By default all of the video, at
@@ -144,7 +140,7 @@ def _seen(
     limit: float,
     progress: Progress | None,
 ) -> tuple[list[Sighting], int]:
-    """All sightings of a video, and the number of frames that was expected."""
+    """Return all sightings of a video, and the expected number of frames."""
     if reel.seconds and settings.start >= reel.seconds:
         raise InputError(
             f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
@@ -161,7 +157,7 @@ def _seen(
 
 
 def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -> Hands | None:
-    """The hands at 30 frames a second; None if they are hardly seen."""
+    """Return the hands at 30 frames per second; None if they are rarely visible."""
     found = track_hands(
         [one.hands for one in sightings],
         moves.wrists,
@@ -181,7 +177,7 @@ def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -
 
 
 def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, FloatArray]:
-    """Strengths (frames,) of expressions at 30 frames a second."""
+    """Return strengths (frames,) of expressions at 30 frames per second."""
     shown = fit_expressions([one.face for one in sightings], track.times)
     at = track.times[0] + np.arange(frames) / SHOWN_FPS
     return {
@@ -223,11 +219,11 @@ def _longest(
             )
         if seen:
             raise InputError(
-                f"{reel.source} shows a person in {seen} frames alone; use a video in which one "
-                "person is seen for a second or longer"
+                f"{reel.source} shows a person in only {seen} frames; use a video in which one "
+                "person is visible for a second or longer"
             )
         raise InputError(
-            f"no person found in {reel.source}; use a video that shows one person whole"
+            f"no person found in {reel.source}; use a video that shows one person from head to foot"
         )
     return max(pieces, key=lambda piece: piece.seen)
 
@@ -247,33 +243,6 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     )
 
 
-def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
-    """Values (T, ...) at `times` (T,), seconds, at `fps` from the first to the last."""
-    count = int(np.floor((times[-1] - times[0]) * fps + 1e-6)) + 1
-    at = times[0] + np.arange(count) / fps
-    if len(times) < 3:
-        return np.asarray(values[np.minimum(np.arange(count), len(values) - 1)])
-    return np.asarray(CubicSpline(times, values, axis=0)(at))
-
-
-def standing(moves: Moves, times: FloatArray) -> Stands | None:
-    """Find the contacts of the feet of a body at `times` (T,); None if there is no contact."""
-    even = evenly(moves.joints, times, SHOWN_FPS)
-    if len(even) < 4:
-        return None
-    feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
-    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, SURE)
-    at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
-    columns = []
-    for leg in (0, 1):
-        own, toe = stands[leg, 0, at], by_toe[leg, 0, at]
-        columns += [own * np.where(toe, 0.2, 1.0), own * np.where(toe, 1.0, 0.6)]
-    held = np.stack(columns, axis=1)
-    soles = np.minimum(*(moves.landmarks[:, SOLES[:, part], 1] for part in (0, 1)))  # (T, 2)
-    stood = soles[held.reshape(-1, 2, 2).max(axis=-1) > 0.5]
-    return Stands(held, float(np.median(stood)) - SOLE) if len(stood) else None
-
-
 def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
     """Resample to 30 frames per second, put the joints on the ground and plant the feet."""
     skeleton = person_skeleton()
@@ -281,8 +250,8 @@ def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
     joints = on_lengths(evenly(moves.joints, track.times, SHOWN_FPS), skeleton, lengths)
     joints[..., 1] -= _ground(joints)
     joints -= joints[0, 0] * np.array([1.0, 0.0, 1.0])
-    planted = plant_feet(joints, skeleton, SHOWN_FPS).astype(np.float64)
-    planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in _LEGS], 1].min(axis=1), 0.02) - TOE
+    planted = plant_feet(joints, skeleton, SHOWN_FPS, settings=PLANTED).astype(np.float64)
+    planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in LEGS], 1].min(axis=1), 0.02) - TOE
     return Motion(
         joints=planted.astype(np.float32),
         rotations=inverse_kinematics(planted, skeleton).astype(np.float32),
@@ -295,12 +264,12 @@ def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
 
 
 TOE = 0.02
-"""Height of the toes' joint of a foot that stands, meters."""
+"""Height of the toes' joint of a standing foot, meters."""
 
 
 def _ground(joints: FloatArray) -> float:
-    """Height of the ground under joints (T, J, 3)."""
-    lowest = joints[:, [leg[1] for leg in _LEGS], 1].min(axis=1)
+    """Return the height of the ground under joints (T, J, 3)."""
+    lowest = joints[:, [leg[1] for leg in LEGS], 1].min(axis=1)
     return float(np.quantile(lowest, _FLOOR)) - TOE
 
 

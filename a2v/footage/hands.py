@@ -34,11 +34,11 @@ _AROUND = 1.9
 _SPREAD = 0.07
 """Standard deviation in seconds of the weights by which neighboring frames are averaged."""
 _REST = 0.04
-"""Weight of the relaxed pose beside a frame in which the hand was found."""
+"""Weight of the relaxed pose relative to that of a frame with a found hand."""
 _RELAXED = (0.2, 0.45, 0.22)
 """Bend of a relaxed finger's three joints, radians."""
 _MOST_TURN = 1.9
-"""Largest believed turn of the palm from the fitted wrist, radians."""
+"""Largest plausible turn of the palm from the fitted wrist, radians."""
 
 HAND_JOINTS: tuple[tuple[str, str], ...] = tuple(
     (
@@ -133,7 +133,8 @@ def track_hands(
     tilt: FloatArray,
     times: FloatArray,
 ) -> Hands | None:
-    """Smooth what was found of the hands; relaxed fingers if a hand is not found for a while.
+    """Smooth the landmarks of the hands over time. A hand that is not found for a while gets
+    relaxed fingers.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def track_hands(
     Returns
     -------
     Hands or None
-        None if either both hands are found in less than `LEAST` of the frames.
+        None if each hand is found in less than `LEAST` of the frames.
     """
     count = len(found)
     rest_axes = np.stack([_rest(side).axes for side in SIDES])
@@ -183,14 +184,14 @@ def track_hands(
 
 
 def with_hands(motion: Motion, hands: Hands) -> Motion:
-    """A followed motion with the joints of the fingers (`HAND_JOINTS`) behind its own.
+    """Append the joints of the fingers (`HAND_JOINTS`) to a motion from a video.
 
     Parameters
     ----------
     motion : Motion
         T frames of `a2v.footage.figure.NAMES`.
     hands : Hands
-        Of the same frames.
+        Hands in the same frames.
     """
     rows = []
     joints = motion.joints.astype(np.float64)
@@ -225,11 +226,11 @@ class _RestHand:
     Attributes
     ----------
     axes : (3, 3)
-        As `Hands.axes`.
+        See `Hands.axes`.
     knuckles : (5, 3)
         First joints of the fingers from the wrist, meters, in those axes.
     lengths : (5, 3)
-        Of the fingers' bones, meters.
+        Lengths of the fingers' bones, meters.
     """
 
     axes: FloatArray
@@ -266,7 +267,7 @@ def _rest(side: str) -> _RestHand:
 
 
 def _axes_of(points: FloatArray, side: str) -> FloatArray:
-    """Axes (T, 3, 3) of hands of landmarks (T, 21, 3), as `Hands.axes`."""
+    """Return axes (T, 3, 3), as `Hands.axes`, of hands with landmarks (T, 21, 3)."""
     wrist, index, middle, little = (points[:, row] for row in (0, 5, 9, 17))
     along = unit(middle - wrist)
     across = np.cross(index - wrist, little - wrist) * (1 if side == "right" else -1)
@@ -277,7 +278,7 @@ def _axes_of(points: FloatArray, side: str) -> FloatArray:
 
 @functools.lru_cache(maxsize=1)
 def _relaxed() -> FloatArray:
-    """Directions (5, 3, 3) of the bones of relaxed fingers, as `Hands.fingers`."""
+    """Return directions (5, 3, 3) of the bones of relaxed fingers, as `Hands.fingers`."""
     bend = np.cumsum(_RELAXED)
     finger = np.stack([np.cos(bend), np.sin(bend), np.zeros(3)], axis=1)
     thumb = unit(np.array([[0.78, 0.36, 0.5], [0.93, 0.3, 0.2], [0.97, 0.22, 0.08]]))
@@ -285,12 +286,12 @@ def _relaxed() -> FloatArray:
 
 
 def _to_world(yaw: float, tilt: float) -> FloatArray:
-    """Rotation (3, 3) from the axes of a camera (right, up, backwards) to the world's."""
+    """Return the rotation (3, 3) from the axes of a camera (right, up, backward) to the world's."""
     down = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
     left = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
     return np.asarray(left @ down.T)
 
 
 def _kernel(times: FloatArray, own: FloatArray) -> FloatArray:
-    """Weights (T, n) of frames at `own` (n,) for frames at `times` (T,), seconds."""
+    """Return weights (T, n) of frames at `own` (n,) for frames at `times` (T,), seconds."""
     return np.asarray(np.exp(-0.5 * ((times[:, None] - own) / _SPREAD) ** 2))

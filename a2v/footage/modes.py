@@ -26,7 +26,7 @@ _MOST = 9.0
 _SPEED = 1.6
 """Usual speed at which the depth of a bone changes, heights per second."""
 _BACKWARDS = 0.15
-"""Radians by which a knee may seem to bend to the front."""
+"""Apparent bend of a knee to the front that is tolerated, radians."""
 
 
 def steady_depths(
@@ -38,10 +38,10 @@ def steady_depths(
 ) -> FloatArray:
     """Remove jumps of limbs between front and back from 3D landmarks.
 
-    Of a bone of known length L that is seen l long, the depth is ±√(L² − l²). Which sign each bone
-    of a limb has is chosen by dynamic programming (Viterbi 1967) over four states a frame: the
-    depth that the detectors found, how fast depth changes, and that knees do not bend to the front.
-    Depths of the wrong sign are inverted.
+    A bone of known length L that has the length l in the picture has the depth ±√(L² − l²). The
+    sign of each bone of a limb is chosen by dynamic programming (Viterbi 1967) over four states per
+    frame. The cost depends on the detectors' depth, on the speed at which depth changes, and on
+    knees that bend to the front. Depths of the wrong sign are inverted.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def steady_depths(
         Meters of a person of typical height.
     pixels : (T, 33, 2)
     heights : (T,)
-        The person's, pixels.
+        Heights of the person, pixels.
     times : (T,)
     weights : (T, 33)
 
@@ -95,7 +95,7 @@ def _hanging(last: str) -> tuple[str, ...]:
 def _chosen(
     told: FloatArray, deep: FloatArray, times: FloatArray, weights: FloatArray, bends: FloatArray
 ) -> FloatArray:
-    """Signs (T, 2) of the sequence of states with the lowest cost."""
+    """Return the signs (T, 2) of the sequence of states with the lowest cost."""
     wanted = STATES[None] * deep[:, None]  # (T, 4, 2)
     cost = (
         weights[:, None] * np.minimum(((wanted - told[:, None]) / _TOLD) ** 2, _MOST).sum(-1)
@@ -118,7 +118,7 @@ def _chosen(
 
 
 def _knees(points: FloatArray, names: tuple[str, str, str]) -> FloatArray:
-    """Cost (T, 4) of each state for knees that bend to the front; zero for arms."""
+    """Return the cost (T, 4) of each state for knees that bend to the front; zero for arms."""
     if not names[1].endswith("knee"):
         return np.zeros((len(points), 4))
     hip, knee, ankle = (points[:, LANDMARK_INDEX[name]] for name in names)

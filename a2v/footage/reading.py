@@ -48,7 +48,7 @@ _NOT = "expected a video such as .mp4, .mov or .webm"
 
 
 def is_video(path: str | os.PathLike[str]) -> bool:
-    """Whether the suffix of a file is one of a video."""
+    """Return whether the suffix of a file is one of a video."""
     return Path(path).suffix.lower() in SUFFIXES
 
 
@@ -100,8 +100,8 @@ class Reel:
     _first: Any
 
     def frames(self, *, side: int, start: float = 0.0, seconds: float = np.inf) -> Iterator[Shown]:
-        """Frames between `start` and `start` + `seconds`, at most `RATE` a second; the longer side
-        has at most `side` pixels."""
+        """Yield frames between `start` and `start` + `seconds`, at most `RATE` per second, with a
+        longer side of at most `side` pixels."""
         origin: float | None = None
         due, last, count = -np.inf, -np.inf, 0
         for frame in self._decoded():
@@ -195,7 +195,7 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
         except (av.FFmpegError, ValueError, OSError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"{source} is no video that can be read ({shorten(reason, 80)}); {_NOT}"
+                f"{source} is not a video that can be read ({shorten(reason, 80)}); {_NOT}"
             ) from None
         with container:
             yield _reel(source, container)

@@ -1,4 +1,4 @@
-"""Notes on what a video does not show, with times."""
+"""Notes on parts of a person that a video does not show, with times."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST = 12
 
 
 def clock(seconds: float) -> str:
-    """Seconds as minutes, seconds and tenths: "0:03.2"."""
+    """Format seconds as minutes, seconds and tenths: "0:03.2"."""
     tenths = round(10 * max(seconds, 0.0))
     return f"{tenths // 600}:{tenths % 600 / 10:04.1f}"
 
@@ -58,8 +58,8 @@ BODY: tuple[str, ...] = ("left_hip", "right_hip")
 
 
 def _spans(flags: BoolArray, track: Track) -> list[tuple[float, float]]:
-    """Spans of time in which flags (T,) hold for at least `SHORTEST`. Gaps of two frames are
-    closed."""
+    """Return the spans of time in which flags (T,) hold for at least `SHORTEST`. Gaps of two frames
+    are closed."""
     found: list[tuple[float, float]] = []
     for index in np.flatnonzero(flags):
         begin = float(track.times[index])

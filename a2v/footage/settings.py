@@ -1,4 +1,4 @@
-"""How a person is followed through a video."""
+"""Settings of tracking a person through a video."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ LONGEST = 600.0
 
 @dataclass(frozen=True, kw_only=True)
 class FollowSettings:
-    """How a person is followed through a video.
+    """Settings of tracking a person through a video.
 
     Attributes
     ----------
     person : int
-        Which of several people is tracked: 1 is the largest when people are first seen, 2 the next
-        one; 0 chooses by size and distance from the center.
+        Number of the tracked person by size when people first appear: 1 is the largest. 0 chooses
+        by size and distance from the center.
     start : float
         Start time, seconds.
     side : int
@@ -30,7 +30,7 @@ class FollowSettings:
     height : float
         Standing height of the person, meters. It cannot be seen in a video.
     lens : float
-        Focal length as for 35 mm film, millimeters; 0 for that of a phone.
+        Focal length, 35 mm equivalent, millimeters; 0 for that of a phone.
     camera : str
         "auto": turns are estimated from the background; "still": the camera is on a tripod.
     face : bool
@@ -71,7 +71,7 @@ class FollowSettings:
             raise InputError(f"height is {self.height}; expected 0.5 to 2.5 meters")
         if self.lens and not 8 <= self.lens <= 400:
             raise InputError(
-                f"lens is {self.lens}; expected 8 to 400 millimeters, or 0 for a telephone's"
+                f"lens is {self.lens}; expected 8 to 400 millimeters, or 0 for that of a phone"
             )
         if self.camera not in CAMERAS:
             raise InputError(f"camera is '{self.camera}'; choose from {', '.join(CAMERAS)}")

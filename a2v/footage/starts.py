@@ -52,8 +52,8 @@ def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArr
 
 
 def _trunks(points: FloatArray) -> FloatArray:
-    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`:
-    columns left, up, ahead."""
+    """Return orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3),
+    `COMPARED`: columns left, up, ahead."""
     at = {
         name: points[:, COMPARED.index(name)]
         for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
@@ -67,7 +67,8 @@ def _trunks(points: FloatArray) -> FloatArray:
 
 
 def smoother(count: int) -> FloatArray:
-    """Preconditioner (I + α D'D)^(-1/2) of shape (count, count) for second differences D.
+    """Return the preconditioner (I + α D'D)^(-1/2) of shape (count, count) for second differences
+    D.
 
     The smoothness term couples neighboring frames. L-BFGS needs hundreds of steps without this
     change of variables, and tens with it.

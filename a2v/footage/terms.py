@@ -25,11 +25,11 @@ _DEPTH = 0.05
 """Expected error of a bone's depth, relative to the height."""
 _DEPTH_WEIGHT = 2.0
 _SLIDE = 0.04
-"""Expected speed of a foot that stands, meters per second."""
+"""Expected speed of a standing foot, meters per second."""
 _SLIDE_WEIGHT = 0.3
 _GROUND_WEIGHT = 0.3
 _LEVEL = 0.02
-"""Expected error of the height of a sole that stands, meters."""
+"""Expected error of the height of a standing sole, meters."""
 SOLE = 0.02
 """Height of the landmarks of heel and toes above the sole, meters."""
 SOLES = np.array(
@@ -65,7 +65,7 @@ class Evidence:
         self.depth_weights = tensor(track.confidence[:, SEGMENT_ENDS].min(axis=-1))
 
     def heading(self, points: Tensor) -> Tensor:
-        """Points (T, n, 3) of the world in the heading of the camera of their frame."""
+        """Rotate points (T, n, 3) of the world to the heading of the camera of their frame."""
         import torch
 
         cosine, sine = self.yaw.cos()[:, None], self.yaw.sin()[:, None]
@@ -73,8 +73,8 @@ class Evidence:
         return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
 
     def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
-        """Cost (T,) of landmarks (T, 33, 3): their places in the picture and the depths of
-        bones."""
+        """Return the cost (T,) of landmarks (T, 33, 3): their positions in the picture and the
+        depths of bones."""
         import torch
 
         x, y, z = self.heading(landmarks).unbind(-1)
@@ -117,8 +117,7 @@ class Stands:
 def footing(
     joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]
 ) -> Tensor:
-    """Penalize feet that slide while they stand, that stand above the ground, or that are below
-    it."""
+    """Penalize feet in contact that slide or are above the ground, and feet below it."""
     import torch
 
     held, ground = stands
@@ -137,12 +136,12 @@ def footing(
 
 
 def pseudo_huber(square: Tensor) -> Tensor:
-    """2 (√(1 + x²) - 1) of x²: quadratic for small values and linear for large ones."""
+    """Return 2 (√(1 + x²) - 1) of x²: quadratic for small values and linear for large ones."""
     return 2 * ((1 + square).sqrt() - 1)
 
 
 def acceleration(values: Tensor, times: FloatArray) -> Tensor:
-    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which may be
+    """Return second differences (T - 2, ...) of values (T, ...) at `times` (T,), which may be
     uneven."""
     import torch
 

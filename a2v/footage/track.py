@@ -18,12 +18,12 @@ from a2v.types import BoolArray, FloatArray, IntArray
 FILM = 43.27
 """Diagonal of 35 mm film, millimeters."""
 LENS = 28.0
-"""Focal length of a phone that films, in millimeters as for 35 mm film: a phone's video shows a
-little less than its photos (26)."""
+"""Focal length of a filming phone, 35 mm equivalent, millimeters. A phone's video has a narrower
+view than its photos (26)."""
 BRIDGED = 1.0
-"""Longest time in seconds within one piece in which the person is not seen."""
+"""Longest gap in seconds within one piece in which the person is not visible."""
 LEAST_SEEN = 6
-"""Smallest number of frames in a piece in which the person is seen."""
+"""Smallest number of frames in a piece in which the person is visible."""
 _STILL = 0.004
 """Shift of the background, relative to the width, below which the camera is still."""
 _TRUSTED = np.array([_TRUST[name] for name in BLAZEPOSE])
@@ -40,8 +40,8 @@ class Track:
     seen : (T,) bool
         Whether the person is seen.
     pixels : (T, 33, 2)
-        Landmarks from the middle of the picture, the camera's roll taken out: u to the right, v
-        down.
+        Landmarks relative to the middle of the picture, without the camera's roll: u to the right,
+        v down.
     weights : (T, 33)
         Weight of each landmark; 0 if it is not seen.
     confidence : (T, 33)
@@ -116,7 +116,7 @@ def pieces_of(sightings: Sequence[Sighting]) -> list[Piece]:
 def track_of(
     sightings: Sequence[Sighting], size: tuple[int, int], settings: FollowSettings
 ) -> Track:
-    """The track of a piece.
+    """Return the track of a piece.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def track_of(
 
 
 def camera_turns(sightings: Sequence[Sighting], size: tuple[int, int], focal: float) -> FloatArray:
-    """Turns of the camera since the first frame (3, T), radians: to its left, down, and roll. Zeros
-    if it is still."""
+    """Return the turns of the camera since the first frame (3, T), radians: to its left, down, and
+    roll. Zeros if it is still."""
     middle = np.array(size, np.float64) / 2
     turns = np.zeros((3, len(sightings)))
     for index, one in enumerate(sightings[1:], 1):

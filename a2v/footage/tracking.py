@@ -24,13 +24,13 @@ from a2v.perception.face import FaceDetector
 from a2v.types import ByteArray, FloatArray
 
 SQUARE = 448
-"""Side in pixels of the square around the person that the detectors see."""
+"""Side in pixels of the detectors' input, a square around the person."""
 AROUND = 1.4
 """Side of that square relative to the longer side of the person's box."""
 SAME_BOX = 0.25
 """Smallest overlap (intersection over union) with the expected box."""
 SAME_LOOK = 0.55
-"""Smallest similarity of colors (Bhattacharyya coefficient) of two pictures of one person."""
+"""Smallest similarity of colors (Bhattacharyya coefficient) of two pictures of the same person."""
 RARELY = 10
 """Number of frames between two searches of the whole picture for a lost person."""
 _EYES = 26.0
@@ -95,15 +95,15 @@ class _Spotted:
 
 
 class Tracker:
-    """Track one person; use as a context manager.
+    """Tracks one person; use as a context manager.
 
-    The next frame needs the place of the person in this one. It does not need body, face and hands,
-    which a second thread computes.
+    The search in the next frame needs only the position of the person in this one. A second thread
+    computes body, face and hands.
     """
 
     def __init__(self, settings: FollowSettings) -> None:
         self.settings = settings
-        self.people = 0  # largest number seen at once in a search
+        self.people = 0  # largest number of people found in one search
         self.shape: tuple[int, int] | None = None
         self._background = Background()
         self._box: FloatArray | None = None
@@ -161,7 +161,7 @@ class Tracker:
         self._box = box
         return image, plain, found
 
-    # --- where
+    # --- position of the person
 
     def _find(self, image: ByteArray) -> _Spotted | None:
         """Find the person near the expected place, or else in the whole picture."""
@@ -262,7 +262,7 @@ class Tracker:
             ),
         )
 
-    # --- what
+    # --- body, face and hands
 
     def _seen(self, image: ByteArray, plain: Sighting, spotted: _Spotted | None) -> Sighting:
         """Observe body, face and hands of a person who was found."""
@@ -274,7 +274,10 @@ class Tracker:
         except InputError:  # an empty mask
             return plain
         keypoints, points = mended(
-            person.keypoints, put_upright(person.keypoints, person.keypoints_3d), found
+            person.keypoints,
+            put_upright(person.keypoints, person.keypoints_3d),
+            found,
+            stance=False,
         )
         keypoints[:, 2] = np.minimum(keypoints[:, 2], 0.3 + person.keypoints[:, 2])
         keypoints[:, :2] = (keypoints[:, :2] - SQUARE / 2) / scale + middle
@@ -291,7 +294,7 @@ class Tracker:
     def _see_hands(
         self, image: ByteArray, keypoints: FloatArray
     ) -> tuple[FloatArray | None, FloatArray | None]:
-        """Landmarks of one hand; left and right take turns."""
+        """Find the landmarks of one hand; left and right take turns."""
         found: list[FloatArray | None] = [None, None]
         if self._hands:
             self._turn = 1 - self._turn
@@ -322,8 +325,8 @@ def _some(person: Detection | None) -> list[Detection]:
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Left, top, right, bottom (4,) around the certain landmarks and the mask of a person, in
-    pixels of the detection."""
+    """Return left, top, right, bottom (4,) of a box around a person's mask and reliable landmarks,
+    in pixels of the detection."""
     rows, columns = np.nonzero(person.mask > 0.5)
     sure = person.keypoints[person.keypoints[:, 2] > 0.5, :2]
     low, high = sure.min(axis=0), sure.max(axis=0)
@@ -339,13 +342,13 @@ def _in_picture(box: FloatArray, middle: FloatArray, scale: float) -> FloatArray
 
 
 def _square_of(box: FloatArray) -> tuple[FloatArray, float]:
-    """Center (2,) and half the side of the square that the detectors see."""
+    """Return the center (2,) and half the side of the detectors' square."""
     low, high = box[:2].astype(np.float64), box[2:].astype(np.float64)
     return (low + high) / 2, max(AROUND * float((high - low).max()) / 2, 16.0)
 
 
 def _overlap(one: FloatArray, two: FloatArray) -> float:
-    """Intersection over union of two boxes (4,)."""
+    """Return the intersection over union of two boxes (4,)."""
     low, high = np.maximum(one[:2], two[:2]), np.minimum(one[2:], two[2:])
     common = float(np.prod(np.maximum(high - low, 0)))
     areas = float(np.prod(one[2:] - one[:2]) + np.prod(two[2:] - two[:2]))
@@ -353,7 +356,7 @@ def _overlap(one: FloatArray, two: FloatArray) -> float:
 
 
 def _look_of(picture: ByteArray, mask: FloatArray) -> FloatArray:
-    """Histograms (2, 64) of the colors of the upper and the lower half of a person."""
+    """Return histograms (2, 64) of the colors of the upper and the lower half of a person."""
     inside = mask > 0.6
     rows = np.nonzero(inside.any(axis=1))[0]
     if not len(rows):

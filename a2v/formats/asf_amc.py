@@ -1,8 +1,9 @@
-"""Acclaim's ASF (a skeleton) and AMC (how it moves), as the CMU data base publishes its recordings.
+"""Acclaim's ASF (a skeleton) and AMC (its motion), the formats of the recordings of the CMU
+database.
 
-A bone's rotation from rest is ``C M C^-1`` after its parent's: C turns the world's axes to the
-bone's (``axis``), M is the frame's rotation in those; Euler angles turn about x first, then y, then
-z, both times. Positions are in inches over the file's ``length``.
+A bone's rotation from rest is ``C M C^-1`` after its parent's. C turns the world's axes to the
+bone's (``axis``), and M is the frame's rotation in these. Both have Euler angles about x first,
+then y, then z. Positions are in inches over the file's ``length``.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from a2v.types import FloatArray, Motion
 
 METRES_PER_INCH = 0.0254
 MAX_BONES = 200
-"""Bones of a file at most."""
+"""Largest number of bones in a file."""
 MAX_FRAMES = 200_000
-"""Frames of a file at most."""
+"""Largest number of frames in a file."""
 
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone of an ASF file: its direction at rest, length (the file's unit), its axes (degrees)
-    and which rotations a frame has."""
+    """A bone of an ASF file: its direction at rest, length (the file's unit), axes (degrees) and
+    the rotations in a frame."""
 
     name: str
     direction: FloatArray
@@ -38,7 +39,7 @@ class Bone:
 
 @dataclass(frozen=True)
 class AsfSkeleton:
-    """The bones of an ASF file, parents first, and meters of its unit; parent -1 is the root."""
+    """The bones of an ASF file, parents first, and the meters per unit; parent -1 is the root."""
 
     bones: tuple[Bone, ...]
     meters: float
@@ -46,12 +47,12 @@ class AsfSkeleton:
 
 
 def parse_asf(text: str, source: str) -> AsfSkeleton:
-    """Read a skeleton; `source` is what messages call it.
+    """Read a skeleton; `source` is its name in messages.
 
     Raises
     ------
     InputError
-        It is no ASF, or a bone is damaged.
+        The text is not an ASF, or a bone is damaged.
     """
     sections: dict[str, list[list[str]]] = {}
     current: list[list[str]] = []
@@ -107,7 +108,7 @@ def _bones(lines: list[list[str]], radians: bool) -> dict[str, Bone]:
 
 
 def _in_order(lines: list[list[str]], bones: dict[str, Bone]) -> tuple[Bone, ...]:
-    """The bones, parents first, each with its parent's place."""
+    """Return the bones, parents first, each with the position of its parent."""
     children = {words[0]: words[1:] for words in lines if words[0] not in ("begin", "end")}
     found: list[Bone] = []
     waiting = [(name, -1) for name in children["root"]]
@@ -134,7 +135,7 @@ def read_amc(
         AMC files do not hold a frame rate. Most of CMU's have 120, some 60.
     action : str
     name : str
-        What messages call it.
+        Name in messages.
 
     Returns
     -------
@@ -207,7 +208,7 @@ def _motion(
 
 
 def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArray]:
-    """Bone to its numbers (T, D)."""
+    """Return the numbers (T, D) of each bone."""
     widths = {"root": len(skeleton.root_order)} | {
         bone.name: len(bone.dof) for bone in skeleton.bones if bone.dof
     }
@@ -238,7 +239,7 @@ def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArr
 
 
 def _euler(degrees: FloatArray) -> FloatArray:
-    """Rotations (T, 3, 3) about x, then y, then z by angles (T, 3), degrees."""
+    """Return rotations (T, 3, 3) about x, then y, then z by angles (T, 3), degrees."""
     turns = [rotvec_to_rotmat(np.radians(degrees[:, at, None]) * np.eye(3)[at]) for at in range(3)]
     whole: FloatArray = turns[2] @ turns[1] @ turns[0]
     return whole

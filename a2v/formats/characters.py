@@ -54,8 +54,8 @@ def _check_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[
 
 
 def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
-    """Rigid transforms (T, B, 4, 4), world from bone, relative to the parents' (B,); those of roots
-    are unchanged."""
+    """Convert rigid transforms (T, B, 4, 4), world from bone, to transforms relative to the parents
+    (B,); those of roots are unchanged."""
     local = transforms.copy()
     for bone, parent in enumerate(parents.tolist()):
         if parent >= 0:
@@ -70,8 +70,8 @@ def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
 def strength_tables(
     face: Face | None, clips: Clips, expressions: Strengths | None
 ) -> dict[str, FloatArray]:
-    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; empty without
-    a face.
+    """Return strengths (T, N) float32 of a face's N expressions in every clip that moves it; empty
+    without a face.
 
     Raises
     ------
@@ -98,8 +98,8 @@ def strength_tables(
 
 
 class ShadedTargets:
-    """A surface's expressions with their changes of normals, without which viewers shade a shut lid
-    like an open one."""
+    """A surface's expressions with their changes of normals. Without these, viewers shade a closed
+    lid like an open one."""
 
     def __init__(self, surface: Surface):
         assert surface.face is not None
@@ -142,7 +142,7 @@ _LEAST_TURN = 0.02
 
 
 def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Sums (count, 3) of the `values` (F, 3) of the faces around each vertex."""
+    """Sum the `values` (F, 3) of the faces around each vertex: (count, 3)."""
     return np.stack(
         [np.bincount(faces.ravel(), np.repeat(values[:, axis], 3), count) for axis in range(3)],
         axis=-1,
@@ -150,7 +150,8 @@ def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
 
 
 def linear_colors(colors: FloatArray) -> FloatArray:
-    """Linear light (V, 3) float64 of sRGB vertex colors (V, 3) in [0, 1], for glTF and USD."""
+    """Convert sRGB vertex colors (V, 3) in [0, 1] to linear light (V, 3) float64, for glTF and
+    USD."""
     encoded = np.clip(colors.astype(np.float64), 0, 1)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 

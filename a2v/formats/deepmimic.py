@@ -39,7 +39,7 @@ _HUMANOID3D: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
         5,
         (0.13, -0.05, 0),
         0,
-    ),  # tips implied by its boxes and spheres: they give the directions of feet and head
+    ),  # tips implied by its boxes and spheres; they give the directions of feet and head
     ("left_foot", 11, (0.13, -0.05, 0), 0),
     ("head", 2, (0, 0.175, 0), 0),
 )

@@ -46,7 +46,7 @@ _MAGICS = (b"Kaydara FBX Binary", b"; FBX")
 
 
 def can_write() -> bool:
-    """Whether Node and the packages are installed."""
+    """Return whether Node and the packages are installed."""
     return find_node() is not None and PACKAGES.installed
 
 
@@ -80,7 +80,7 @@ def write_fbx(
     MissingDependencyError
         Node 18 or newer, or npm's packages, are not installed; the message explains how.
     A2VError
-        The writer failed; the message ends with the writer's own.
+        The writer failed; the message ends with the writer's output.
     """
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
@@ -115,9 +115,9 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     Raises
     ------
     InputError
-        The file is missing, is no FBX, is larger than `MAX_BYTES`, or three.js cannot read it.
+        The file is missing, not an FBX, larger than `MAX_BYTES`, or three.js cannot read it.
     MissingDependencyError
-        There is no Node 18 or newer, or npm's packages are not installed; the message says how.
+        There is no Node 18 or newer, or npm's packages are not installed; the message explains how.
     """
     source = Path(source)
     try:
@@ -125,7 +125,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     except OSError as error:
         raise InputError(f"cannot read {source} ({shorten(error)})") from error
     if not head.lstrip().startswith(_MAGICS):
-        raise InputError(f"{source} is no FBX file")
+        raise InputError(f"{source} is not an FBX file")
     if size > MAX_BYTES:
         raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     try:

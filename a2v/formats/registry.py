@@ -113,7 +113,7 @@ _Format = TypeVar("_Format", MotionFormat, CharacterFormat)
 
 
 def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> tuple[str, ...]:
-    """Every suffix of the `formats` that can be written."""
+    """Return every suffix of the `formats` that can be written."""
     return tuple(suffix for item in formats if item.write is not None for suffix in item.suffixes)
 
 
@@ -163,13 +163,12 @@ def read_motion(
     Returns
     -------
     Motion
-        Meters, y up; a batch where the file holds one.
+        Meters, y up; a batch if the file has one.
 
     Raises
     ------
     InputError
-        Unknown suffix or unreadable file; the message names it (and the line, where the format has
-        lines).
+        Unknown suffix or unreadable file; the message names it (and the line in text formats).
     """
     source = Path(path)
     suffix = source.suffix.lower()

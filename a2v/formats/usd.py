@@ -261,7 +261,7 @@ def _bind_skin(mesh: Any, character: Character, skeleton: Any) -> None:
 
 
 def _add_expressions(stage: Any, mesh: Any, expressions: ShadedTargets) -> None:
-    """A BlendShape below the mesh for each expression."""
+    """Add a BlendShape below the mesh for each expression."""
     from pxr import UsdSkel, Vt
 
     paths, names = [], expressions.face.names
@@ -298,8 +298,8 @@ def _animate_face(
 def _add_animation(
     stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray
 ) -> Any:
-    """A SkelAnimation of transforms (T, B, 4, 4) in the parents' frames, keys at the time codes
-    (T,)."""
+    """Make a SkelAnimation of transforms (T, B, 4, 4) in the parents' frames, with keys at the time
+    codes (T,)."""
     from pxr import Gf, UsdSkel, Vt
 
     animation = UsdSkel.Animation.Define(stage, path)

@@ -1,1 +1,1 @@
-"""Meshes, rays, volumes, colors: what several stages ask of geometry, once."""
+"""Geometry that several stages share: meshes, rays, volumes, colors."""

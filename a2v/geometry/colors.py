@@ -1,4 +1,4 @@
-"""The sRGB curve, there and back."""
+"""Conversion between linear light and sRGB."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def linear_to_srgb(linear: FloatArray) -> FloatArray:
 
 
 def srgb_to_linear(encoded: FloatArray) -> FloatArray:
-    """The inverse of `linear_to_srgb` on [0, 1]; float32."""
+    """Decode sRGB to linear light: the inverse of `linear_to_srgb` on [0, 1]; float32."""
     clipped = np.clip(np.asarray(encoded, np.float32), 0.0, 1.0)
     return np.where(
         clipped <= 0.04045, clipped / 12.92, np.power((clipped + 0.055) / 1.055, 2.4)
@@ -36,13 +36,16 @@ _STEPS = 1 << 16
 
 @functools.cache
 def _encoded() -> ByteArray:
-    """What `_STEPS` steps of linear light from 0 to 1 are in sRGB."""
+    """Return a table of sRGB bytes for `_STEPS` steps of linear light from 0 to 1."""
     return to_bytes(linear_to_srgb(np.arange(_STEPS) / (_STEPS - 1)))
 
 
 def srgb_bytes(linear: FloatArray) -> ByteArray:
-    """Linear light as sRGB, uint8: `to_bytes` of `linear_to_srgb` out of a table, within one level
-    (at .3 % of the values), for a fifth of the time."""
+    """Encode linear light as sRGB, uint8, from a table.
+
+    Equals `to_bytes` of `linear_to_srgb` but for one level at 0.3 % of the values, in a fifth of
+    the time.
+    """
     index = np.clip(np.asarray(linear, np.float32), 0.0, 1.0) * np.float32(_STEPS - 1) + np.float32(
         0.5
     )

@@ -1,4 +1,4 @@
-"""Plain loops over numpy arrays as machine code, by numba, when they are first needed."""
+"""Plain loops over numpy arrays, compiled to machine code by numba at their first use."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from typing import Any
 
 @functools.cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
-    """`loops` compiled; what was compiled is kept on disk for other processes, beside the source or
-    in the user's cache folder."""
+    """Return `loops` compiled.
+
+    The machine code is cached on disk for other processes, beside the source or in the user's cache
+    folder.
+    """
     import numba
 
     try:
         fast: Callable[..., Any] = numba.njit(cache=True)(loops)
-    except RuntimeError:  # neither folder can be written
+    except RuntimeError:  # neither folder is writable
         fast = numba.njit(loops)
     return fast

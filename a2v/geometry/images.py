@@ -1,5 +1,5 @@
-"""Images and masks as fields over the plane: values at any pixel, contours, distances to them, what
-lies nearest."""
+"""Images and masks as functions on the plane: values at any position, contours, distances to them,
+nearest pixels."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 def sample_image(
     image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False
 ) -> FloatArray:
-    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel
-    positions (N, 2).
+    """Sample an image (H, W, C) or (H, W) at pixel positions (N, 2), bicubic or bilinear.
 
-    The center of the first pixel is at (0.5, 0.5); the border is carried on.
+    Returns (N, C) or (N,) float32. The center of the first pixel is at (0.5, 0.5). Positions
+    outside the image get the value of the border.
     """
     return sample_index(image, columns=pixels[:, 0] - 0.5, rows=pixels[:, 1] - 0.5, linear=linear)
 
@@ -22,8 +22,7 @@ def sample_image(
 def sample_index(
     image: FloatArray | ByteArray, *, columns: FloatArray, rows: FloatArray, linear: bool = False
 ) -> FloatArray:
-    """Values as of `sample_image` at fractional indices (N,) of an image: the first pixel is at
-    0."""
+    """`sample_image` at fractional indices (N,) of an image, where the first pixel is at 0."""
     import cv2
 
     u, v = (np.ascontiguousarray(index, np.float32)[None] for index in (columns, rows))
@@ -39,17 +38,22 @@ def sample_index(
 
 
 def trace_contours(mask: FloatArray) -> list[FloatArray]:
-    """Closed lines u, v (n, 2) float64, pixels, where an opacity (H, W) in [0, 1] crosses 1/2;
-    beyond the image it is 0."""
+    """Return closed contours u, v (n, 2) float64, pixels, at which an opacity (H, W) in [0, 1]
+    crosses 1/2.
+
+    Outside the image the opacity is 0.
+    """
     from skimage.measure import find_contours
 
-    # one pixel of padding less half a pixel to its center
+    # one pixel of padding minus half a pixel to its center
     return [line[:, ::-1] - 0.5 for line in find_contours(np.pad(mask, 1), 0.5)]
 
 
 def contour_distance(person: BoolArray) -> FloatArray:
-    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels,
-    negative inside."""
+    """Return the signed distance (H, W) to the contour of a binary map, pixels, negative inside.
+
+    The contour runs between the pixels.
+    """
     import cv2
 
     out = cv2.distanceTransform((~person).astype(np.uint8), cv2.DIST_L2, 5)
@@ -58,8 +62,10 @@ def contour_distance(person: BoolArray) -> FloatArray:
 
 
 def nearest_known(known: BoolArray) -> tuple[IntArray, IntArray]:
-    """Row and column, each (H, W) int32, of the nearest pixel that is `known` (H, W); at least one
-    must be."""
+    """Return row and column, each (H, W) int32, of the nearest pixel that is `known` (H, W).
+
+    At least one pixel must be known.
+    """
     from scipy.ndimage import distance_transform_edt
 
     rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
@@ -67,6 +73,7 @@ def nearest_known(known: BoolArray) -> tuple[IntArray, IntArray]:
 
 
 def mask_iou(first: BoolArray, second: BoolArray) -> float:
-    """Intersection over union of two masks of one shape, in [0, 1]; 1 if both are empty."""
+    """Return the intersection over union of two masks of one shape, in [0, 1]; 1 if both are
+    empty."""
     union = np.logical_or(first, second).sum()
     return float(np.logical_and(first, second).sum() / union) if union else 1.0

@@ -1,4 +1,4 @@
-"""Small mesh tools: normals, areas and Laplacians as sparse matrices."""
+"""Small mesh tools: normals, areas, and sparse Laplacian matrices."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from a2v.types import FloatArray, IntArray
 def vertex_normals(
     vertices: FloatArray, faces: IntArray, *, dtype: type[np.floating[Any]] = np.float64
 ) -> FloatArray:
-    """Unit normals (V, 3) float64 weighted by face area; zero where a vertex has no face.
+    """Return unit normals (V, 3) float64 weighted by face area; zero if a vertex has no face.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def vertex_normals(
     faces : (F, 3) int
         Counter-clockwise seen from outside.
     dtype : floating type
-        Of the faces' normals before they are added up.
+        Type of the faces' normals before they are summed.
     """
     corners = np.asarray(vertices, dtype)[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -33,17 +33,17 @@ def vertex_normals(
 
 
 def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArray:
-    """Values (n, K) at places in faces whose `corner` (n, 3) vertices have the barycentric `weight`
-    (n, 3, 1), out of those of the vertices (V, K).
+    """Interpolate values (V, K) of vertices at points in faces; returns (n, K).
 
-    To the bit the sum over an axis of (n, 3, K), which takes twice as long.
+    `corner` (n, 3) are the vertices of each point's face, `weight` (n, 3, 1) its barycentric
+    weights. The result equals the sum over an axis of (n, 3, K) bit by bit, in half the time.
     """
     first, second, third = (values[corner[:, k]] * weight[:, k] for k in range(3))
     return np.asarray(first + second + third)
 
 
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
-    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbors, so many
+    """Average `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbors, `times`
     times."""
     from scipy.sparse import csr_matrix
 
@@ -58,7 +58,7 @@ def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
 
 
 def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Unit normals (F, 3) float32, worked out in float64; zero for degenerate faces."""
+    """Return unit normals (F, 3) float32, computed in float64; zero for degenerate faces."""
     corner = vertices[faces].astype(np.float64)
     return unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])).astype(
         np.float32
@@ -66,7 +66,7 @@ def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """A third of the area of the faces around each vertex, (V,) square meters."""
+    """Return a third of the area of the faces around each vertex, (V,) square meters."""
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -78,10 +78,10 @@ def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float = 1e-2) -> Any:
-    """Symmetric sparse matrix (V, V) of edge weights (cot alpha + cot beta) / 2.
+    """Return the symmetric sparse matrix (V, V) of edge weights (cot alpha + cot beta) / 2.
 
-    Cotangents of obtuse triangles are negative, which lets local rotations flip: edge weights are
-    kept above `smallest` (degenerate triangles give it too).
+    Cotangents of obtuse triangles are negative, which lets local rotations flip. So edge weights
+    are at least `smallest`; degenerate triangles also give this value.
     """
     from scipy.sparse import coo_matrix
 
@@ -106,14 +106,15 @@ def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float 
 
 
 def laplacian(weights: Any) -> Any:
-    """Positive semi-definite Laplacian (V, V) of a symmetric weight matrix."""
+    """Return the positive semi-definite Laplacian (V, V) of a symmetric weight matrix."""
     from scipy.sparse import diags
 
     return (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()
 
 
 def joined_by(count: int, pairs: IntArray) -> IntArray:
-    """Number, from 0, of the group of each of `count` items that pairs (P, 2) of them join."""
+    """Return the group number, from 0, of each of `count` items, where pairs (P, 2) connect
+    items."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
@@ -122,19 +123,23 @@ def joined_by(count: int, pairs: IntArray) -> IntArray:
 
 
 def piece_of_vertices(count: int, faces: IntArray) -> IntArray:
-    """Number, from 0, of the connected piece of each of the `count` vertices of a mesh."""
+    """Return the number, from 0, of the connected piece of each of the `count` vertices of a
+    mesh."""
     return joined_by(count, np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]]))
 
 
 def piece_of_faces(count: int, faces: IntArray) -> IntArray:
-    """Number, from 0, of the connected piece of each face (F,) of a mesh with `count` vertices."""
+    """Return the number, from 0, of the connected piece of each face (F,) of a mesh with `count`
+    vertices."""
     label = piece_of_vertices(count, faces)
     return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
 
 
 def signed_volumes(vertices: FloatArray, faces: IntArray, piece: IntArray) -> FloatArray:
-    """Volume enclosed by each piece, m³, negative where its faces look inwards; `piece` (F,)
-    numbers the pieces of the faces."""
+    """Return the volume of each piece, m³, negative if its faces are oriented inward.
+
+    `piece` (F,) numbers the pieces of the faces.
+    """
     corners = np.asarray(vertices, np.float64)[faces]
     return np.asarray(
         np.bincount(
@@ -146,8 +151,10 @@ def signed_volumes(vertices: FloatArray, faces: IntArray, piece: IntArray) -> Fl
 def keep_pieces(
     vertices: FloatArray, faces: IntArray, share: float = 1.0
 ) -> tuple[FloatArray, IntArray]:
-    """The connected piece of largest volume, and others of at least `share` of it. Bubbles inside
-    look inwards and go as well."""
+    """Keep the connected piece of largest volume, and others of at least `share` of it.
+
+    Bubbles inside have negative volume and are removed.
+    """
     piece = piece_of_faces(len(vertices), faces)
     volumes = signed_volumes(vertices, faces, piece)
     good = volumes >= share * volumes.max()
@@ -157,8 +164,11 @@ def keep_pieces(
 
 
 def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
-    """Whether every edge joins two faces that agree about outside, no vertex is left over, and
-    every piece encloses a volume."""
+    """Return whether the mesh is closed.
+
+    Every edge joins two faces of consistent orientation, every vertex has a face, and every piece
+    encloses a volume.
+    """
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     there = np.sort(edges[:, 0] * np.int64(len(vertices)) + edges[:, 1])
     back = np.sort(edges[:, 1] * np.int64(len(vertices)) + edges[:, 0])
@@ -173,7 +183,7 @@ def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
 
 
 class Cholesky:
-    """A factored symmetric positive definite sparse matrix: factor once, solve many right-hand
+    """A factored symmetric positive definite sparse matrix: factored once, for many right-hand
     sides."""
 
     def __init__(self, matrix: Any):
@@ -190,9 +200,9 @@ class Cholesky:
         )
 
     def solve(self, right: FloatArray) -> FloatArray:
-        """Solution (V, C) for right-hand sides (V, C)."""
+        """Return the solution (V, C) for right-hand sides (V, C)."""
         solution = np.zeros((self._size, right.shape[1]))
-        wide = 64  # cholespy takes up to 128 columns at once
+        wide = 64  # cholespy takes up to 128 columns at a time
         for first in range(0, right.shape[1], wide):
             part = np.ascontiguousarray(right[:, first : first + wide], dtype=np.float64)
             out = np.zeros_like(part)
@@ -202,7 +212,7 @@ class Cholesky:
 
 
 def border_edges(faces: IntArray) -> IntArray:
-    """Directed edges (n, 2) of faces (F, 3) without another face beyond them."""
+    """Return the directed edges (n, 2) of faces (F, 3) that belong to only one face."""
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     base = int(faces.max()) + 1
     forward, backward = edges[:, 0] * base + edges[:, 1], edges[:, 1] * base + edges[:, 0]
@@ -210,8 +220,10 @@ def border_edges(faces: IntArray) -> IntArray:
 
 
 def border_loops(faces: IntArray) -> list[IntArray]:
-    """Borders of faces (F, 3) whose corners are each passed once, as vertices in order, the longest
-    first."""
+    """Return the border loops of faces (F, 3) as ordered vertices, longest first.
+
+    Each corner of a border must be passed only once.
+    """
     following = {int(a): int(b) for a, b in border_edges(faces)}
     loops: list[IntArray] = []
     while following:

@@ -1,4 +1,4 @@
-"""Normal maps: the detail of a finer mesh for a coarser one with the same texture coordinates."""
+"""Normal maps: the detail of a fine mesh for a coarse one with the same texture coordinates."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from a2v.geometry.vectors import unit
 from a2v.types import ByteArray, FloatArray, IntArray
 
 _PADDING = 6
-"""Texels around charts that get the nearest normal."""
+"""Width of the border of texels around charts that are filled with the nearest normal."""
 _LEAST_HEIGHT = 0.2
-"""Normals that lean farther from the surface than with this cosine are raised to it: they are
-errors of the correspondence."""
+"""Smallest cosine between a normal and the surface. Normals that lean farther are raised to it:
+they are errors of the correspondence."""
 
 
 def corner_tangents(vertices: FloatArray, faces: IntArray, uv: FloatArray) -> FloatArray:
-    """Tangents (F, 3, 4) of the faces' corners, as glTF has them: the direction of growing u along
-    the surface, and the sign of the bitangent.
+    """Return glTF tangents (F, 3, 4) of the faces' corners: the surface direction of growing u, and
+    the sign of the bitangent.
 
     Corners of a vertex with the same texture coordinates share a tangent: the sum over their faces,
-    square to the vertex's normal.
+    made perpendicular to the vertex's normal.
 
     Parameters
     ----------
@@ -70,10 +70,11 @@ def bake_normal_map(
     *,
     size: int,
 ) -> ByteArray:
-    """The normals of a fine mesh in the tangent space of a coarse one: (size, size, 3) uint8, row 0
-    is the top.
+    """Bake the normals of a fine mesh in the tangent space of a coarse one: (size, size, 3) uint8,
+    row 0 is the top.
 
-    Both are (vertices (V, 3), faces (F, 3), uv (F, 3, 2)); a texel shows the same place of both.
+    Both meshes are (vertices (V, 3), faces (F, 3), uv (F, 3, 2)); a texel must show the same place
+    of both.
     """
     (points, tri, uv), (true, true_tri, true_uv) = coarse, fine
     face, weights = texels(np.asarray(uv, np.float64) * size, size)
@@ -105,14 +106,16 @@ def bake_normal_map(
 
 
 def _mixed(corners: FloatArray, face: IntArray, weights: FloatArray) -> FloatArray:
-    """Unit vectors (n, 3) of corners' values (F, 3, 3) at points of faces (n,) by barycentric
-    weights (n, 3)."""
+    """Interpolate corners' values (F, 3, 3) at points of faces (n,) by barycentric weights (n, 3);
+    unit vectors (n, 3)."""
     return np.asarray(unit(np.einsum("nk,nkc->nc", weights, corners[face]), least=1e-12))
 
 
 def _spread(values: FloatArray, known: np.ndarray) -> FloatArray:
-    """The values (H, W, 3) with what is not `known` (H, W) but near taken from the nearest that is:
-    smaller copies of the picture mix them."""
+    """Fill unknown texels near known ones (H, W) with the nearest value of `values` (H, W, 3).
+
+    Mipmaps would mix them in.
+    """
     from scipy.ndimage import distance_transform_edt
 
     if not known.any():

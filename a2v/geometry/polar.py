@@ -1,4 +1,4 @@
-"""Rotations nearest to matrices, many at once."""
+"""Nearest rotations to many matrices at the same time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from a2v.types import FloatArray
 
 
 def nearest_rotations(matrices: FloatArray) -> FloatArray:
-    """Rotations (..., 3, 3) nearest to matrices (..., 3, 3), by singular value decomposition."""
+    """Return the rotations (..., 3, 3) nearest to matrices (..., 3, 3), by singular value
+    decomposition."""
     u, _, vt = np.linalg.svd(matrices)
     sign = np.linalg.det(u @ vt)
     u[..., 2] *= np.sign(sign)[..., None]
@@ -20,12 +21,12 @@ def nearest_rotations(matrices: FloatArray) -> FloatArray:
 
 
 def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> FloatArray:
-    """Rotations (N, 3, 3) float64 maximizing trace(R^T A) for A (N, 3, 3), from a first guess near
-    the solution.
+    """Return the rotations (N, 3, 3) float64 that maximize trace(R^T A) for A (N, 3, 3), from a
+    nearby first guess.
 
     Each step turns R about omega = sum_k R_k x A_k / |sum_k R_k . A_k| (Mueller, Bender, Chentanez,
-    Macklin 2016); where the steps did not arrive (far guesses, flat neighborhoods seen from
-    behind) the decomposition takes over.
+    Macklin 2016). Where the steps do not converge (far guesses, flat neighborhoods seen from
+    behind), the singular value decomposition is used.
     """
     targets = np.ascontiguousarray(matrices, np.float64)
     result = np.array(start, np.float64, order="C")
@@ -36,8 +37,8 @@ def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> 
 
 
 def _newton(a: Any, r: Any, steps: int) -> Any:
-    """Turn `r` in place towards `a`; flags (N,) of those that did not arrive. Plain loops: compiled
-    by numba."""
+    """Turn `r` in place toward `a`; returns flags (N,) of those that did not converge. Plain loops
+    for numba."""
     lost = np.zeros(len(a), np.bool_)
     for n in range(len(a)):
         r00, r01, r02 = r[n, 0, 0], r[n, 0, 1], r[n, 0, 2]
@@ -68,8 +69,8 @@ def _newton(a: Any, r: Any, steps: int) -> Any:
             if square > 4.0:
                 scale = 2.0 / np.sqrt(square)
                 x, y, z = x * scale, y * scale, z * scale
-            # the quaternion (1, omega / 2), normalized: omega's rotation to second order, without
-            # sine and cosine
+            # The quaternion (1, omega / 2), normalized, is omega's rotation to second order,
+            # without sine and cosine.
             w = 1.0 / np.sqrt(1.0 + 0.25 * min(square, 4.0))
             x, y, z = 0.5 * w * x, 0.5 * w * y, 0.5 * w * z
             s00, s01, s02 = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)

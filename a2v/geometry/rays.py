@@ -1,5 +1,4 @@
-"""Rays and closest points of one mesh (Embree by open3d): what guides, truths and solids are asked
-with."""
+"""Rays and closest points of one mesh (Embree by open3d)."""
 
 from __future__ import annotations
 
@@ -17,8 +16,11 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def facing(normals: FloatArray, side: int) -> FloatArray:
-    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away
-    from there are tilted to the rim."""
+    """Tilt unit normals (n, 3) that point away from the camera at +z (`side` 1) or -z (-1) to the
+    rim.
+
+    Interpolated normals of visible points can point away.
+    """
     normals = unit(normals, least=1e-9)
     normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
     return unit(normals, least=1e-9)
@@ -26,7 +28,7 @@ def facing(normals: FloatArray, side: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Where rays met a mesh; entries of rays that met nothing mean nothing."""
+    """Where rays met a mesh. The entries of rays that met nothing are undefined."""
 
     hit: BoolArray
     distance: FloatArray
@@ -34,14 +36,15 @@ class Hits:
     barycentric: FloatArray
 
     def interpolate(self, values: FloatArray, faces: IntArray) -> FloatArray:
-        """Values (V, C) of vertices at the hits, (n, C) float32, for the rays that hit."""
+        """Interpolate values (V, C) of vertices at the hits, (n, C) float32, for the rays that
+        hit."""
         return _mix(
             np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit]
         )
 
 
 def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
-    """Corner values (n, 3, C) at Embree's barycentric coordinates (n, 2)."""
+    """Interpolate corner values (n, 3, C) by Embree's barycentric coordinates (n, 2)."""
     u, v = uv[:, :1], uv[:, 1:]
     return np.asarray(
         (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32
@@ -49,14 +52,13 @@ def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
 
 
 _PLOTTING = "open3d.visualization.draw_plotly"
-"""Module of open3d that draws in a web page. It imports Dash and Plotly, and nothing here uses
-it."""
+"""Module of open3d that draws in a web page. It imports Dash and Plotly and is not needed here."""
 
 
 def load_open3d() -> Any:
     """Return the module `open3d`, imported without Dash, Flask and Plotly.
 
-    That saves more than a half of the import's processor time.
+    That saves more than half of the import's processor time.
     """
     if "open3d" not in sys.modules:
         empty: Any = ModuleType(_PLOTTING)
@@ -68,10 +70,10 @@ def load_open3d() -> Any:
 
 
 def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any:
-    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) meters and faces (F, 3),
-    built on `threads` threads (0: all cores).
+    """Build Open3D's ray casting scene (Embree) of one mesh on `threads` threads (0: all cores).
 
-    It takes float32 arrays: rays (..., 6), an origin and a direction each, or points (..., 3).
+    The mesh is given by vertices (V, 3), meters, and faces (F, 3). The scene takes float32 arrays:
+    rays (..., 6), each an origin and a direction, or points (..., 3).
     """
     scene: Any = load_open3d().t.geometry.RaycastingScene(nthreads=threads)
     scene.add_triangles(
@@ -83,8 +85,8 @@ def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any
 class RayScene:
     """Embree (by open3d): rays, shadows and closest points of one mesh.
 
-    Queries run on `a2v.system.thread_count` threads. Each is answered by itself, so the number of
-    threads does not change any answer.
+    Queries run on `a2v.system.thread_count` threads. Each is independent of the others, so the
+    number of threads does not change any result.
     """
 
     def __init__(self, vertices: FloatArray, faces: IntArray):
@@ -110,7 +112,7 @@ class RayScene:
         )
 
     def occluded(self, origins: FloatArray, directions: FloatArray) -> BoolArray:
-        """Whether rays (n,) meet anything at all."""
+        """Return whether rays (n,) meet anything."""
         return np.asarray(
             self._scene.test_occlusions(
                 self._rays(origins, directions), nthreads=self._threads
@@ -118,11 +120,14 @@ class RayScene:
         )
 
     def crossings(self, points: FloatArray, normals: FloatArray) -> IntArray:
-        """Winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F, 3): exits
-        minus entries along one ray."""
+        """Return winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F,
+        3).
+
+        They are the exits minus the entries along one ray.
+        """
         direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm(
             [0.0123, 0.0345, 1.0]
-        )  # along no edge of anything
+        )  # a direction along no usual edge
         found = self._scene.list_intersections(
             self._rays(points, direction), nthreads=self._threads
         )
@@ -137,8 +142,11 @@ class RayScene:
     def passages(
         self, origins: FloatArray, directions: FloatArray, normals: FloatArray
     ) -> tuple[IntArray, FloatArray, BoolArray]:
-        """All hits of rays with faces of normals (F, 3), in no order: the number (h,) of the ray,
-        its length (h,), and whether it goes in (h,)."""
+        """Return all hits of rays with faces of normals (F, 3), in no particular order.
+
+        The result is the number (h,) of the ray, the distance (h,) along it, and whether it enters
+        (h,).
+        """
         rays = self._rays(origins, directions)
         found = self._scene.list_intersections(rays, nthreads=self._threads)
         ray, face = (
@@ -161,35 +169,38 @@ class RayScene:
 def signed_distance_and_normals(
     vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: RayScene, points: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at
-    the closest point.
+    """Return the signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit
+    normal (N, 3) at the closest point.
 
     Parameters
     ----------
     vertices, faces, normals
         The mesh; normals (V, 3) of its vertices, which are interpolated.
     scene : RayScene
-        Of the same mesh.
+        Scene of the same mesh.
     """
     order = coherent(points)
     closest = scene.closest(points[order])
     distance, normal = np.empty(len(points), np.float32), np.empty((len(points), 3), np.float32)
     distance[order], normal[order] = closest.distance, closest.interpolate(normals, faces)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-    # closed, so exact, and five times as fast as `winding_number`
+    # the mesh is closed, so this is exact, and five times as fast as `winding_number`
     inside = scene.crossings(points, face_normals(vertices, faces)) > 0
     return np.where(inside, -distance, distance), normal
 
 
 def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
-    """An order (N,) in which neighbors follow each other: searches find warm caches."""
+    """Return an order (N,) in which neighboring points follow each other, so that searches use the
+    caches well."""
     return np.asarray(np.lexsort(np.floor(points / cell).T))
 
 
 @dataclass(frozen=True, eq=False)
 class SideView:
-    """A mesh from the front, or through from the back, on square pixels: hits (one a pixel, rows
-    first), depth (H, W), meters, NaN outside, and unit normals (H, W, 3), zero outside.
+    """Hits of a mesh seen from the front, or through it from the back, on square pixels.
+
+    `hits` has one ray per pixel, row by row. Depth (H, W) is in meters, NaN outside; unit normals
+    (H, W, 3) are zero outside.
     """
 
     hits: Hits
@@ -198,7 +209,8 @@ class SideView:
 
 
 def pixel_rays(camera: OrthographicCamera, pixels: FloatArray, z: float) -> FloatArray:
-    """Origins (n, 3) of parallel rays through pixels (n, 2) of the photo, at depth `z`."""
+    """Return the origins (n, 3) of parallel rays through pixels (n, 2) of the photo, at depth
+    `z`."""
     return np.asarray(camera.unproject(pixels, z), np.float32)
 
 
@@ -210,10 +222,10 @@ def side_view(
     size: int,
     side: int,
 ) -> SideView:
-    """The mesh of `rays`, with normals (V, 3) of its vertices, on `size` x `size` pixels.
+    """Rasterize the mesh of `rays`, with normals (V, 3) of its vertices, on `size` x `size` pixels.
 
-    They cover the `frame` x `frame` pixels of `camera`; from the front (`side` 1), or through from
-    the back (-1).
+    They cover the `frame` x `frame` pixels of `camera`. `side` 1 is the view from the front, -1 the
+    view of the back on the same pixels.
     """
     vertices, step = rays.vertices, frame / size
     grid = (np.arange(size) + 0.5) * step
@@ -240,7 +252,8 @@ def side_view(
 
 
 def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
-    """The hits as those of rays `index` among `count`, of which the others meet nothing."""
+    """Return the hits as those of rays `index` among `count` rays, of which the others hit
+    nothing."""
     hit, distance = np.zeros(count, bool), np.full(count, np.inf, np.float32)
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
     hit[index], distance[index], face[index], uv[index] = (
@@ -253,7 +266,8 @@ def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
 
 
 def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
-    """What lies under every texel's center, by rays onto the flattened mesh.
+    """Find the face and the barycentric coordinates under each texel's center, by rays onto the
+    flattened mesh.
 
     Parameters
     ----------
@@ -270,7 +284,7 @@ def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
     face = np.full((size, size), -1, np.int32)
     barycentric = np.zeros((size, size, 3), np.float32)
     columns = np.arange(size) + 0.5
-    for top in range(0, size, 256):  # bounded memory
+    for top in range(0, size, 256):  # in blocks, to bound memory
         rows = np.arange(top, min(size, top + 256))
         x, y = np.meshgrid(columns, size - rows - 0.5)
         rays = np.stack(

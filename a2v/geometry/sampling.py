@@ -8,7 +8,7 @@ from a2v.types import FloatArray
 
 
 def cosine_directions(normals: FloatArray, generator: np.random.Generator) -> FloatArray:
-    """One direction (N, 3) float32 a normal, drawn from the cosine lobe around it."""
+    """Draw one direction (N, 3) float32 per normal from the cosine lobe around it."""
     sphere = generator.standard_normal(normals.shape, dtype=np.float32)
     sphere /= np.maximum(np.linalg.norm(sphere, axis=1, keepdims=True), 1e-6)
     direction = (

@@ -1,4 +1,4 @@
-"""Pieces of meshes with one rim, and rims sewn together."""
+"""Mesh pieces with a single rim, and sewing of rims."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 
 def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
-    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one
-    edge and without corners where its border meets itself."""
+    """Return the faces (F,) bool of the largest piece of the `own` ones, trimmed to a single rim.
+
+    Faces that are attached by only one edge and corners where the border touches itself are
+    removed.
+    """
     own = own.copy()
     base = int(faces.max()) + 1
     for _ in range(60):
@@ -31,7 +34,8 @@ def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
 
 
 def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
-    """The faces (F,) bool of the largest piece, joined at edges, among the `own` ones (F,) bool."""
+    """Return the faces (F,) bool of the largest edge-connected piece among the `own` ones (F,)
+    bool."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
@@ -51,14 +55,14 @@ def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
 
 
 def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
-    """Triangles (n + m, 3) between two loops around the same hole: the shortest way in all (Fuchs,
-    Kedem and Uselton 1977).
+    """Triangulate the strip between two loops around the same hole: (n + m, 3) of least total edge
+    length (Fuchs, Kedem and Uselton 1977).
 
     Parameters
     ----------
     vertices : (V, 3)
     outer, inner : (n,), (m,) int
-        Both running the same way round.
+        Both in the same direction.
     """
     start = np.linalg.norm(vertices[outer][:, None] - vertices[inner][None], axis=-1)
     first, second = np.unravel_index(int(start.argmin()), start.shape)
@@ -94,7 +98,7 @@ def sew_in(
     patch_faces: IntArray,
     rim: IntArray,
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """A patch sewn into the hole of a surface.
+    """Sew a patch into the hole of a surface.
 
     Parameters
     ----------
@@ -114,7 +118,7 @@ def sew_in(
     Returns
     -------
     vertices : (N, 3)
-        First what is kept of the surface, then the patch.
+        The kept vertices of the surface, then the patch's.
     faces : (M, 3) int
     kept : (n,) int
         Vertices of the surface that are kept.

@@ -1,11 +1,11 @@
-"""Fewer triangles: edges collapse onto one of their ends, in the order of the error of quadrics
+"""Mesh simplification: edges collapse onto one of their ends, in the order of the quadric error
 (Garland and Heckbert, SIGGRAPH 1997).
 
-Every vertex that is left is one of the given ones at its own place, so that whatever a vertex has
-(weights, expressions, its own double) stays exact, and lips that touch stay apart. Corners of the
-texture's charts keep to their charts: a seam collapses only along itself, and both of its sides
-together. (pymeshlab's decimation with a texture moves vertices to places that no weight belongs to,
-and takes five times as long.)
+Every remaining vertex is one of the given ones at its given position. So its attributes (weights,
+expressions, twin) stay exact, and touching lips stay separate. Corners on the borders of texture
+charts stay in their charts: a seam collapses only along itself, and both sides together.
+(pymeshlab's decimation with a texture moves vertices to new positions, which have no weights, and
+takes five times as long.)
 """
 
 from __future__ import annotations
@@ -20,28 +20,30 @@ from a2v.geometry.compiled import compiled
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _BORDER = 10.0
-"""Weight of the planes through borders and seams, square to their faces, against the faces' own."""
+"""Weight of the planes through borders and seams, perpendicular to their faces, relative to the
+faces' planes."""
 _FLIP = 0.2
-"""Cosine between a face's normals before and after a collapse below which it counts as flipped."""
+"""A face counts as flipped if the cosine between its normals before and after a collapse is below
+this."""
 _LEAST_SHAPE = 0.05
-"""Shape of a triangle (1: equilateral) below which a collapse may not bring it, unless it was worse
-before."""
+"""Smallest shape of a triangle (1: equilateral) after a collapse, unless it was worse before."""
 
 
 @dataclass(frozen=True, eq=False)
 class Simplified:
-    """A part of a mesh's vertices with new faces.
+    """A subset of a mesh's vertices with new faces.
 
     Attributes
     ----------
     kept : (K,) int
-        The vertices that are left, ascending.
+        The remaining vertices, ascending.
     faces : (F, 3) int32
         Into `kept`.
     corners : (F, 3) int
-        Corner (3 face + corner of the given mesh) whose texture coordinates each corner has.
+        For each corner, the corner of the given mesh (3 * face + corner) with its texture
+        coordinates.
     origin : (F,) int
-        The given face that each was.
+        Index of each face in the given mesh.
     """
 
     kept: IntArray
@@ -59,7 +61,7 @@ def simplify(
     importance: FloatArray | None = None,
     locked: BoolArray | None = None,
 ) -> Simplified:
-    """Collapse edges until `target` faces are left, or none can collapse any more.
+    """Collapse edges until `target` faces remain, or no edge can collapse.
 
     Parameters
     ----------
@@ -67,13 +69,13 @@ def simplify(
         Meters.
     faces : (F, 3)
     target : int
-        Faces.
+        Number of faces.
     uv : (F, 3, 2), optional
         Texture coordinates of corners.
     importance : (V,), optional
-        What an error counts for around each vertex; 1 where not given.
+        Weight of the error around each vertex; default 1.
     locked : (V,) bool, optional
-        Vertices that stay.
+        Vertices that are kept.
 
     Raises
     ------
@@ -104,8 +106,10 @@ def simplify(
 
 
 def _wedges(faces: IntArray, uv: FloatArray | None) -> IntArray:
-    """Number (F, 3) of each corner's vertex with its texture coordinates: alike corners of a vertex
-    share one."""
+    """Return the number (F, 3) of each corner's pair of vertex and texture coordinates.
+
+    Corners of a vertex with equal texture coordinates share a number.
+    """
     if uv is None:
         return faces.copy()
     rows = np.concatenate(
@@ -117,8 +121,8 @@ def _wedges(faces: IntArray, uv: FloatArray | None) -> IntArray:
 
 
 def _sharp_edges(faces: IntArray, wedge: IntArray) -> IntArray:
-    """Edges (n, 3) as (face, first corner, second corner) that only one face has: borders, and
-    sides of seams."""
+    """Return edges (n, 3), as (face, first corner, second corner), that only one face has: borders
+    and sides of seams."""
     ends = np.stack([wedge, np.roll(wedge, -1, axis=1)], axis=-1).reshape(-1, 2)
     base = int(wedge.max()) + 1
     forward, backward = ends[:, 0] * base + ends[:, 1], ends[:, 1] * base + ends[:, 0]
@@ -129,8 +133,8 @@ def _sharp_edges(faces: IntArray, wedge: IntArray) -> IntArray:
 def _quadrics(
     points: FloatArray, faces: IntArray, weight: FloatArray, sharp: IntArray
 ) -> FloatArray:
-    """Sums (V, 10) of the planes of the faces around each vertex, weighted by area, and of those
-    through sharp edges."""
+    """Sum, for each vertex, the area-weighted quadrics of its faces' planes and of the planes
+    through sharp edges, (V, 10)."""
     corner = points[faces]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.linalg.norm(cross, axis=1)
@@ -150,7 +154,8 @@ def _quadrics(
 
 
 def _plane(normal: FloatArray, point: FloatArray) -> FloatArray:
-    """The quadric (N, 10) of planes: upper half of the symmetric matrix of (normal, offset)."""
+    """Return the quadrics (N, 10) of planes: the upper half of the symmetric matrix of (normal,
+    offset)."""
     row = np.concatenate([normal, -(normal * point).sum(axis=1, keepdims=True)], axis=1)
     first, second = np.triu_indices(4)
     return np.asarray(row[:, first] * row[:, second])
@@ -158,9 +163,9 @@ def _plane(normal: FloatArray, point: FloatArray) -> FloatArray:
 
 def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, least):  # type: ignore[no-untyped-def]  # compiled by numba
     """Collapse edges of `tri` (F, 3) in place, with `wedge`, `corners` (F, 3) and `alive` (F,).
-    Plain loops: compiled by numba."""
+    Plain loops for numba."""
     count, faces = len(points), len(tri)
-    # lists of the corners around each vertex, which are joined when vertices are
+    # linked lists of the corners around each vertex, joined when vertices merge
     following, first, last = np.full(3 * faces, -1), np.full(count, -1), np.full(count, -1)
     for c in range(3 * faces):
         v = tri[c // 3, c % 3]
@@ -244,7 +249,7 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
         _, u, v, when = heapq.heappop(heap)
         if when != stamp[u] + stamp[v] or first[u] < 0 or first[v] < 0:
             continue
-        # the faces of the edge, and what wedges of u become
+        # the faces of the edge, and the new wedges of u's wedges
         between, shared = 0, 0
         before, after = np.full(4, -1), np.full(4, -1)
         good, others = True, 0
@@ -282,8 +287,8 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
             c = following[c]
         if not good or between == 0 or between > 2:
             continue
-        # neighbors of both are those of the edge's faces alone, and each wedge of u has one to
-        # become
+        # common neighbors of both must be those of the edge's faces, and each wedge of u needs a
+        # new one
         turn += 1
         c = first[u]
         used = 0
@@ -318,7 +323,7 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
             c = following[c]
         if not good or shared != between or used == 0:
             continue
-        # a border collapses along itself alone: inside, u has as many faces as neighbors
+        # a border collapses only along itself; inside, u has as many faces as neighbors
         turn += 1
         ring, own = 0, 0
         c = first[u]
@@ -351,7 +356,7 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
                     tri[f, k] = v
                     for s in range(others):
                         if before[s] == wedge[f, k]:
-                            # the corner of v that has this wedge
+                            # the corner of v with this wedge
                             g = first[v]
                             while g >= 0:
                                 if wedge[g // 3, g % 3] == after[s] and tri[g // 3, g % 3] == v:

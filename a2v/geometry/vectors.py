@@ -1,4 +1,4 @@
-"""Directions: vectors of length 1 and frames made of them."""
+"""Unit vectors, and rotation frames from directions."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from a2v.types import FloatArray
 
 
 def unit(vectors: FloatArray, *, least: float = 1e-12) -> FloatArray:
-    """Vectors (..., n) scaled to length 1, in their own dtype; those shorter than `least` are
-    divided by it, so 0 stays 0."""
+    """Scale vectors (..., n) to length 1, in their own dtype.
+
+    Vectors shorter than `least` are divided by `least`, so 0 stays 0.
+    """
     result: FloatArray = vectors / np.maximum(
         np.linalg.norm(vectors, axis=-1, keepdims=True), least
     )
@@ -17,8 +19,10 @@ def unit(vectors: FloatArray, *, least: float = 1e-12) -> FloatArray:
 
 
 def frame_along(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Rotation matrices (..., 3, 3) whose first column is along `first` and whose second is as near
-    as can be to `second`, both (..., 3)."""
+    """Return rotation matrices (..., 3, 3) whose first column is along `first` (..., 3).
+
+    The second column is as near as possible to `second` (..., 3).
+    """
     x = unit(first)
     z = unit(np.cross(x, second))
     return np.stack([x, np.cross(z, x), z], axis=-1)

@@ -1,4 +1,4 @@
-"""What the photo's camera sees of a surface: ray casting (Embree through Open3D)."""
+"""Visibility of a surface from the photo's camera, by ray casting (Embree through Open3D)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatArray:
-    """The z of the first hit from the camera's side at points (x, y) meters (any shape); -inf where
+    """Return the z of the first hit from the camera's side at points (x, y), meters; -inf if
     nothing is hit.
 
-    `front` is a z in front of everything: the photo's camera is on +z and looks down -z.
+    `x` and `y` may have any shape. `front` is a z in front of everything: the photo's camera is on
+    +z and looks down -z.
     """
     rays = np.empty((*x.shape, 6), np.float32)
     rays[..., 0], rays[..., 1], rays[..., 2] = x, y, front
@@ -28,8 +29,8 @@ def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatA
 def depth_map(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, size: tuple[int, int]
 ) -> FloatArray:
-    """Front depth (H, W) float32, meters, at the centers of the photo's pixels; -inf where the
-    surface is not.
+    """Return the front depth (H, W) float32, meters, at the centers of the photo's pixels; -inf
+    outside the surface.
 
     `size` is the crop's (width, height).
     """
@@ -42,8 +43,11 @@ def depth_map(
 def visible_vertices(
     vertices: FloatArray, faces: IntArray, *, tolerance: float = 0.002
 ) -> BoolArray:
-    """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` meters
-    before it, and it faces the camera."""
+    """Return whether the camera on +z sees each vertex (V,).
+
+    A vertex is visible if it faces the camera and no surface is more than `tolerance` meters in
+    front of it.
+    """
     scene = ray_scene(vertices, faces, threads=0)
     depth = cast_depth(scene, vertices[:, 0], vertices[:, 1], float(vertices[:, 2].max()) + 1.0)
     near = ~np.isfinite(depth) | (depth <= vertices[:, 2] + tolerance)
@@ -53,8 +57,8 @@ def visible_vertices(
 def silhouette_iou(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray
 ) -> float:
-    """Intersection over union of the surface's silhouette in the photo and ``mask > 0.5`` (H,
-    W)."""
+    """Return the intersection over union of the surface's silhouette in the photo and ``mask >
+    0.5`` (H, W)."""
     seen = np.isfinite(depth_map(vertices, faces, camera, (mask.shape[1], mask.shape[0])))
     person = mask > 0.5
     union = int((seen | person).sum())
@@ -66,8 +70,11 @@ def silhouette_iou(
 
 
 def person_box(vertices: FloatArray, person: BoolArray, camera: OrthographicCamera) -> FloatArray:
-    """Least and largest corner (2, 3) of the box that holds a body's vertices (V, 3) and, in x and
-    y, a mask (H, W) of `camera`; meters."""
+    """Return the least and largest corners (2, 3), meters, of a box around a body's vertices (V, 3)
+    and a mask.
+
+    The mask (H, W) of `camera` extends the box only in x and y.
+    """
     rows, columns = np.nonzero(person)
     corners = camera.unproject(
         np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64),

@@ -1,5 +1,4 @@
-"""A signed distance grid of a posed body, robust against the self-intersections that posing
-makes."""
+"""A signed distance grid of a posed body, robust to self-intersections from posing."""
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray
 
 EXACT = 3
-"""Cells from the surface within which signed distances are exact."""
+"""Signed distances are exact within this number of cells from the surface."""
 
 
 @dataclass(frozen=True)
@@ -29,16 +28,15 @@ class Grid:
 
 
 def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArray:
-    """Whether each node lies inside the closed mesh: nonzero winding number, from signed crossings
-    along z.
+    """Return whether each node lies inside the closed mesh: its winding number is not zero.
 
-    Parity would turn the overlap of two limbs into outside; the winding number (2 there) does not.
-    Hollows without a way out are filled.
+    The winding number is counted from signed crossings along z. Parity would make the overlap of
+    two limbs outside; the winding number is 2 there. Enclosed hollows are filled.
     """
     from scipy.ndimage import binary_fill_holes
 
     nx, ny, nz = grid.shape
-    # a ray exactly through an edge counts both triangles: step off the lattice
+    # a ray exactly through an edge counts both triangles, so rays are moved off the lattice
     jitter = np.array([1.7e-5, 2.3e-5])
     x, y = np.meshgrid(grid.axis(0) + jitter[0], grid.axis(1) + jitter[1], indexing="ij")
     rays = np.zeros((nx, ny, 6), np.float32)
@@ -52,7 +50,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
     corners = vertices[faces[face]].astype(np.float64)
     up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
     # Embree may report one crossing twice where two triangles meet
-    step = np.where(up < 0, 1, -1)  # upwards through a face that looks down: in
+    step = np.where(up < 0, 1, -1)  # upward through a face that looks down: the ray enters
     node = np.clip(np.ceil((z - grid.origin[2]) / grid.cell), 0, nz).astype(np.int64)
     crossings = (
         np.bincount(ray * (nz + 1) + node, weights=step, minlength=nx * ny * (nz + 1))
@@ -60,7 +58,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
         .reshape(nx, ny, nz + 1)
     )
     winding = np.cumsum(crossings, axis=2, dtype=np.int8)
-    broken = winding[..., -1] != 0  # a ray along a crack: take the neighbors' word
+    broken = winding[..., -1] != 0  # a ray along a crack: use its neighbors
     inside = winding[..., :nz] > 0
     if broken.any():
         for i, j in np.argwhere(broken):
@@ -74,10 +72,10 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
 def signed_distance(
     vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3
 ) -> FloatArray:
-    """Signed distance (nx, ny, nz) float32, meters, negative inside; constant beyond `band` cells
-    of the surface.
+    """Return the signed distance (nx, ny, nz) float32, meters, negative inside; constant beyond
+    `band` cells from the surface.
 
-    Within `EXACT` cells it is exact; farther away it is interpolated between every second node.
+    Within `EXACT` cells it is exact; farther away it is interpolated from every second node.
     """
     from scipy.ndimage import binary_dilation, binary_erosion
 
@@ -85,7 +83,7 @@ def signed_distance(
     limit = np.float32(band * grid.cell)
     far = _from_coarser(vertices, faces, grid, band) if band > EXACT else limit
     field = np.where(inside, -far, far).astype(np.float32)
-    block = np.ones((3, 3, 3), bool)  # diagonals too
+    block = np.ones((3, 3, 3), bool)  # including diagonals
     reach = min(band, EXACT)
     near = binary_dilation(inside, block, iterations=reach) & ~binary_erosion(
         inside, block, iterations=reach
@@ -100,8 +98,8 @@ def signed_distance(
 
 
 def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:
-    """Distance (nx, ny, nz), meters, from `EXACT` to `band` cells, interpolated from that on a grid
-    of cells twice as large."""
+    """Return the distance (nx, ny, nz), meters, from `EXACT` to `band` cells, interpolated from a
+    grid of cells twice as large."""
     shape = (grid.shape[0] // 2 + 2, grid.shape[1] // 2 + 2, grid.shape[2] // 2 + 2)
     fine = np.abs(
         signed_distance(

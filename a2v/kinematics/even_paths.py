@@ -1,4 +1,4 @@
-"""Smooth paths over time; slow parts do not change, unlike with a Gaussian."""
+"""Smoothing of paths over time that leaves slow parts unchanged, unlike a Gaussian."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ def evened(paths: FloatArray, width: float) -> FloatArray:
     """Smooth paths (..., T, C) by least squares of the distances and of third differences over time
     (Whittaker 1923).
 
-    One banded system is solved for all paths. Parabolas do not change, at the ends either.
+    One banded system is solved for all paths. Parabolas are unchanged, also at the ends.
 
     Parameters
     ----------
     paths : (..., T, C) float
         Fewer than four frames are returned unchanged.
     width : float
-        Frames: waves of some 2 pi times this length lose half of their height.
+        Width in frames: waves of about 2 pi times this length lose half of their amplitude.
     """
     from scipy.linalg import solveh_banded
 

@@ -1,7 +1,7 @@
-"""Find when the feet of a clip are in contact, and at which level, by each foot's own floor.
+"""Find the contacts of the feet in a clip, and their level, relative to each foot's own floor.
 
-A foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and soles
-has `a2v.animation.contacts`.
+Here a foot is an ankle and a toe, and clips come in batches. For a person's rig with heels, toes
+and soles see `a2v.animation.contacts`.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True)
 class PlantSettings:
-    """Settings of contacts, and of what moves so that feet stand.
+    """Settings of foot contacts, and of the corrections that keep feet in place.
 
     Attributes
     ----------
     height : float
         Height in meters above its own floor above which a foot at rest is not in contact.
     speed, share : float
-        Meters a second at which a foot on its floor no longer stands, and what each meter a second
-        of the body adds to that: the feet of a generated runner slide with the body, but far slower
-        than they swing.
+        Speed in meters per second above which a foot on its floor is not in contact, and the share
+        of the body's speed that is added to it. The feet of a generated runner slide with the body,
+        but far slower than they swing.
     least, most : float
         A foot whose height and speed, in these units, add up to less than `least` is in contact;
         the better one of two is in contact up to `most`, since one foot must stand.
@@ -35,20 +35,19 @@ class PlantSettings:
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are closed.
     carry : float
-        Share of what standing feet slide that the whole body is moved back by.
+        Share of the slide of standing feet by which the whole body is moved back.
     sway : float
-        Seconds (standard deviation) over which that is smoothed.
+        Seconds (standard deviation) over which this correction of the body is smoothed.
     ease : float
         Seconds (standard deviation) over which a correction of a foot begins and ends.
     even : float
-        Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections
-        leave.
+        Width of `evened` in seconds, which removes kinks from the paths of planted feet.
     clearance, rise : float
         Clearance of a swinging foot in meters, and the seconds in which it is reached.
     reach : float
         Largest drop of the pelvis, meters, for a leg that is too short for its place.
     settled : bool
-        Whether the ground is level: feet that stand come down to their own floor. Else they stand
+        True: the ground is level, and standing feet come down to their own floor. False: they stand
         on steps, whose heights are found (`step_levels`).
     """
 
@@ -71,7 +70,7 @@ class PlantSettings:
 
 PLANT = PlantSettings()
 LOW_SECONDS = 0.8
-"""Seconds over which a foot's floor is its lowest level, where the ground has steps."""
+"""With steps, a foot's floor is its lowest level within this time, seconds."""
 LOW_QUANTILE = 0.05
 """Share of a clip in which a foot may be below its own floor."""
 LEAST_STEP = 0.07
@@ -79,12 +78,14 @@ LEAST_STEP = 0.07
 SAME_STEP = 0.045
 """Largest distance in meters between two levels that are one step."""
 STEP_QUANTILE = 0.02
-"""Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
+"""Share of a clip in which the lowest foot may be below the ground under its steps."""
 
 
 def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatArray:
-    """The level that a joint of a foot with `heights` (..., T) stands on: (..., T), one for the
-    clip, or, with `steps`, the lowest nearby."""
+    """Return the level (..., T) on which a joint of a foot with `heights` (..., T) stands.
+
+    It is one level for the clip or, with `steps`, the lowest nearby.
+    """
     if not steps:
         return np.broadcast_to(
             np.quantile(heights, LOW_QUANTILE, axis=-1, keepdims=True), heights.shape
@@ -109,7 +110,7 @@ def contacts(
     -------
     stands : (2, N, T) bool
     by_toe : (2, N, T) bool
-        Whether the toe is what stands, rather than the heel.
+        Whether the toe is in contact rather than the heel.
     floor : (2, N, T, 2) float
         Own floor of ankles and toes.
     """
@@ -137,7 +138,7 @@ def contacts(
 
 
 def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
-    """Height above the ground of the surface under each foot, smooth between contacts.
+    """Return the height above the ground of the surface under each foot, smooth between contacts.
 
     Levels of all contacts that lie within `SAME_STEP` of one another are one step; under
     `LEAST_STEP` they are the ground.
@@ -175,8 +176,8 @@ def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
 
 
 def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatArray, BoolArray]:
-    """Height above the ground of the surface under each foot (2, T), and when it is in contact (2,
-    T), on steps.
+    """Return the height above the ground of the surface under each foot (2, T), and its contacts
+    (2, T), on steps.
 
     Parameters
     ----------
@@ -191,8 +192,8 @@ def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatAr
 
 
 def speeds_of(points: FloatArray, fps: float) -> FloatArray:
-    """Speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D), the slower of both
-    steps."""
+    """Return speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D): the slower of
+    the steps before and after."""
     axis = -2 if points.ndim == 3 else -3
     steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1) * fps
     at = axis + 1
@@ -204,13 +205,13 @@ def speeds_of(points: FloatArray, fps: float) -> FloatArray:
 
 
 def _without_short(flags: BoolArray, frames: float) -> BoolArray:
-    """Flags (..., T) without gaps, and then without runs, that are shorter than `frames`."""
+    """Remove gaps, and then runs, shorter than `frames` from flags (..., T)."""
     flat = flags.reshape(-1, flags.shape[-1]).copy()
     for value in (False, True):
         which, number, counts, ends = runs_of(flat == value)
         short = counts < min(frames, flat.shape[-1])
         if not value:
-            short &= ~ends  # what lies before the first contact and after the last is no gap
+            short &= ~ends  # the time before the first contact and after the last is not a gap
         flat[which] ^= short[number]
     return flat.reshape(flags.shape)
 

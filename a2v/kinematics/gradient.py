@@ -1,12 +1,12 @@
 """Forward kinematics of many poses at once with its gradient written out (torch), for training.
 
 Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: rotating the bone
-before joint j by a small angle about an axis moves every later bone b of its chain by axis x b, so
-the derivative by that angle is the sum of b x (gradient by b), the torque.
+that ends at joint j by a small angle about an axis moves every later bone b of its chain by axis x
+b. So the derivative by that angle is the sum of b x (gradient by b), the torque.
 
-Arrays are (bones, 3, N) here, the poses last: every operation runs along N numbers in a row. Bones
-stand in the order of `ChainPlan.joints`: by their place in their chain, longer chains first, so
-that the bones of one place are a slice, and those before them the beginning of the slice before.
+Arrays are (bones, 3, N) here, the poses last: every operation runs along N contiguous numbers.
+Bones are in the order of `ChainPlan.joints`: by their place in their chain, longer chains first. So
+the bones of one place are a slice, and their predecessors are the beginning of the previous slice.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ class Exponentials(NamedTuple):
 
     def matrices(self, linear: Tensor, quadratic: Tensor) -> Tensor:
         """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
-        # W^2 = w w^T - |w|^2 I; few operations, since in a loop over frames it is their number that
-        # costs
+        # W^2 = w w^T - |w|^2 I; few operations, because their number determines the time in a loop
+        # over frames
         rotvec = self.rotvec
         basis = constant(MATRIX_BASIS, rotvec)
         parts = torch.cat(

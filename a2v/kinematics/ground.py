@@ -13,8 +13,8 @@ from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.so3 import Array, namespace
 from a2v.types import FloatArray, Motion
 
-#: Standard deviation, seconds, of what smooths sway out of the path over the ground: a step takes
-#: about half a second.
+# : Standard deviation, seconds, of the Gaussian that smooths sway out of the path over the ground:
+# a step takes about half a second.
 SWAY_SECONDS = 0.35
 
 
@@ -27,15 +27,14 @@ class GroundTrajectory:
     position : (T, 2) float64
         x and z, meters.
     heading : (T,) float64
-        Angle about +y that turns +z to where the person faces, radians, without jumps of a full
-        turn.
+        Angle about +y from +z to the person's facing, radians, without jumps of a full turn.
     """
 
     position: FloatArray
     heading: FloatArray
 
     def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundTrajectory:
-        """The path without the sway of steps; its ends continue in their own direction."""
+        """Return the path without the sway of steps; its ends continue in their own direction."""
         return GroundTrajectory(
             smoothed(self.position, seconds * fps),
             smoothed(self.heading[:, None], seconds * fps)[:, 0],
@@ -50,12 +49,13 @@ class GroundTrajectory:
 
 
 def ground_trajectory(motion: Motion) -> GroundTrajectory:
-    """Path of the root over the ground, sway included, and heading by hips and shoulders.
+    """Return the path of the root over the ground, including sway, and the heading by hips and
+    shoulders.
 
     Raises
     ------
     InputError
-        The motion is a batch, or its skeleton does not say which joints are hips and shoulders.
+        The motion is a batch, or the hips and shoulders of its skeleton are unknown.
     """
     if motion.batch:
         raise InputError("a path over the ground is of one clip; this Motion is a batch")
@@ -76,14 +76,13 @@ def trajectory_of(
     Raises
     ------
     InputError
-        The names do not say which joints are hips and shoulders.
+        Hips and shoulders are not among the names.
     """
     found = canonical_joints(names, parents)
     pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
     if missing := [name for pair in pairs for name in pair if name not in found]:
         raise InputError(
-            f"the {whose} has no {missing[0].replace('_', ' ')}; it does not tell which way the "
-            "person faces"
+            f"the {whose} has no {missing[0].replace('_', ' ')}; so the person's facing is unknown"
         )
     places = joints.astype(np.float64)
     left = sum(
@@ -93,7 +92,7 @@ def trajectory_of(
 
 
 class Sided(Protocol):
-    """Has left and right hip and shoulder joints: a `Skeleton`, or a part of one."""
+    """Interface with left and right hip and shoulder joints: a `Skeleton`, or a part of one."""
 
     @property
     def name(self) -> str:
@@ -109,12 +108,12 @@ class Sided(Protocol):
 
 
 def left_of(joints: Array, skeleton: Sided) -> Array:
-    """Vector (..., 3) to the left of a person (..., J, 3), by hips and shoulders.
+    """Return the vector (..., 3) to the left of a person (..., J, 3), by hips and shoulders.
 
     Raises
     ------
     InputError
-        The skeleton does not say which joints those are.
+        The hips and shoulders of the skeleton are unknown.
     """
     if skeleton.hips is None or skeleton.shoulders is None:
         raise InputError(
@@ -131,7 +130,7 @@ def left_of(joints: Array, skeleton: Sided) -> Array:
 
 
 def heading(joints: FloatArray, skeleton: Sided) -> FloatArray:
-    """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and
+    """Return the angle (...) about +y from +z to the facing of a person (..., J, 3), by hips and
     shoulders, radians.
 
     Raises
@@ -145,8 +144,8 @@ def heading(joints: FloatArray, skeleton: Sided) -> FloatArray:
 
 
 def first_heading(joints: Array, skeleton: Sided) -> Array:
-    """Cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3), for
-    numpy and torch.
+    """Return cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3),
+    for numpy and torch.
 
     Raises
     ------
@@ -162,8 +161,10 @@ def first_heading(joints: Array, skeleton: Sided) -> Array:
 
 
 def face_forward(joints: Array, heading: Array) -> Array:
-    """Joints (..., T, J, 3) of a `heading` (..., 2) about +y, so that they face +z; a heading of
-    (cos, -sin) does the inverse."""
+    """Turn joints (..., T, J, 3) with a `heading` (..., 2) about +y so that they face +z.
+
+    A heading of (cos, -sin) does the inverse.
+    """
     xp = namespace(joints)
     cos, sin = heading[..., 0][..., None, None], heading[..., 1][..., None, None]
     x, z = joints[..., 0], joints[..., 2]
@@ -172,7 +173,8 @@ def face_forward(joints: Array, heading: Array) -> Array:
 
 
 def yaw_to_rotmat(yaw: FloatArray) -> FloatArray:
-    """Rotations (..., 3, 3) about +y by angles (...), radians: +z goes to (sin, 0, cos)."""
+    """Return the rotations (..., 3, 3) about +y by angles (...), radians: +z goes to (sin, 0,
+    cos)."""
     made = np.zeros((*np.shape(yaw), 3, 3))
     made[..., 0, 0], made[..., 0, 2] = np.cos(yaw), np.sin(yaw)
     made[..., 1, 1] = 1
@@ -187,7 +189,7 @@ def smoothed(points: FloatArray, sigma: float) -> FloatArray:
 
     if sigma < 0.15 or len(points) < 3:
         return points
-    # linear extension beyond the ends, so that neither end is pulled inwards
+    # linear extension beyond the ends, so that neither end is pulled inward
     pad = min(len(points) - 1, int(4 * sigma) + 1)
     before = 2 * points[0] - points[pad:0:-1]
     after = 2 * points[-1] - points[-2 : -pad - 2 : -1]

@@ -12,8 +12,8 @@ REACH = 0.999
 
 
 def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:
-    """Shoulder, elbow and wrist, or hip, knee and ankle, that bring a joint (one of the last two of
-    its chain) to a place; else None."""
+    """Return shoulder, elbow and wrist, or hip, knee and ankle, of the limb that ends at a joint or
+    its parent; else None."""
     tops = (*(skeleton.hips or ()), *(skeleton.shoulders or ()))
     chain = next(
         (chain for chain in skeleton.chains if joint in chain[-2:] and len(chain) > 3), None
@@ -24,7 +24,7 @@ def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:
 
 
 def legs_of(skeleton: Skeleton) -> tuple[tuple[int, int, int, int], ...]:
-    """Hip, knee, ankle and toe of each leg whose foot is the end of a limb."""
+    """Return hip, knee, ankle and toe of each leg whose foot is the end of a limb."""
     found = ((limb_of(skeleton, toe), toe) for toe in skeleton.feet)
     return tuple((*limb, toe) for limb, toe in found if limb is not None and toe not in limb)
 
@@ -32,8 +32,11 @@ def legs_of(skeleton: Skeleton) -> tuple[tuple[int, int, int, int], ...]:
 def bend_to(
     hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Knee and ankle (..., 3), or elbow and wrist, of a limb that reaches for `target`, in the
-    plane in which it is bent; as far as it is long."""
+    """Return knee and ankle (..., 3), or elbow and wrist, of a limb that reaches for `target` as
+    far as its length allows.
+
+    The limb stays in the plane in which it is bent.
+    """
     upper, lower = (
         np.linalg.norm(part, axis=-1, keepdims=True) for part in (knee - hip, ankle - knee)
     )

@@ -2,8 +2,8 @@
 systems and rigs.
 
 The *canonical* names are those of `a2v.kinematics.HUMANACT12` (SMPL's order), plus ``head_top``,
-``left_toes``, ``left_thumb`` and their right twins. Known are the names of SMPL, HumanAct12, the
-papers' CMU and NTU skeletons, CMU's BVH files, Mixamo, 3ds Max Biped, MotionBuilder, Unreal,
+``left_toes``, ``left_thumb`` and their right twins. The known names are those of SMPL, HumanAct12,
+the papers' CMU and NTU skeletons, CMU's BVH files, Mixamo, 3ds Max Biped, MotionBuilder, Unreal,
 Rigify, Poser, DeepMimic and Anny.
 """
 
@@ -12,9 +12,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-# Base names (side taken off, lower case, letters and digits only). Where one base name means two
-# joints in two systems ("shoulder", "foot", "hand", "leg", "arm", "hip") `_resolve` looks at which
-# others the skeleton has.
+# Base names (side removed, lower case, only letters and digits). If a base name means two different
+# joints in two systems ("shoulder", "foot", "hand", "leg", "arm", "hip"), `_resolve` decides by the
+# other joints of the skeleton.
 _PLAIN: dict[str, str] = {
     "upleg": "hip", "thigh": "hip", "upperleg": "hip", "upperleg01": "hip", "femur": "hip",
     "knee": "knee", "shin": "knee", "calf": "knee", "lowerleg": "knee", "lowerleg01": "knee", "tibia": "knee", "lowleg": "knee",
@@ -72,12 +72,12 @@ MIRRORED_BLAZEPOSE: list[int] = [
     LANDMARK_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
     for name in BLAZEPOSE
 ]
-"""Row of the landmark that each is on the other side."""
+"""For each landmark, the row of its mirror image."""
 
 LIMBS_BY_HEIGHT: dict[tuple[str, str], float] = {
     ("hip", "knee"): 0.23, ("knee", "ankle"): 0.24, ("shoulder", "hip"): 0.28, ("shoulder", "elbow"): 0.16, ("elbow", "wrist"): 0.14,
 }  # fmt: skip
-"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth
+"""Lengths of the limbs as fractions of the standing height: Anny's default adult to a hundredth
 (tests/body/test_terms.py compares)."""
 
 LIMB_BONES: dict[str, tuple[str, ...]] = {
@@ -90,13 +90,13 @@ LIMB_BONES: dict[str, tuple[str, ...]] = {
         "lower_leg": ("knee", "ankle", "heel", "foot_index"),
     }.items()
 }
-"""Bones of the limbs: the landmarks at the near and the far end, and those that hang on it."""
+"""Bones of the limbs: the landmarks at the near and the far end, and those beyond the far end."""
 
 REQUIRED: tuple[str, ...] = (
     "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
-"""Canonical joints without which a skeleton is not taken for a person's."""
+"""Canonical joints that a person's skeleton must have."""
 
 
 def split_side(name: str) -> tuple[str, str]:
@@ -198,7 +198,7 @@ def canonical_joints(names: Sequence[str], parents: Sequence[int] | None = None)
 
 
 def missing_joints(found: dict[str, int]) -> list[str]:
-    """Names out of `REQUIRED` that are not in `found`."""
+    """Return the names of `REQUIRED` that are not in `found`."""
     return [name for name in REQUIRED if name not in found]
 
 

@@ -11,21 +11,21 @@ from a2v.kinematics.transforms import forward_kinematics, inverse_kinematics
 from a2v.types import FloatArray, Motion
 
 _OFF = 5e-5
-"""Meters by which joints may miss their rotations' forward kinematics: float32 at rest costs less,
-a clip of joints alone more."""
+"""Largest distance of joints from the forward kinematics of their rotations, meters. Rounding to
+float32 gives less; a clip with only joints gives more."""
 
 
 def rotvecs_of(motion: Motion, skeleton: Skeleton) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors whose forward kinematics give a motion's joints, and the lengths of its
-    bones.
+    """Return rotation vectors whose forward kinematics give a motion's joints, and the lengths of
+    its bones.
 
     Parameters
     ----------
     motion : Motion
-        One clip or a batch; its own rotations are taken where they fit, such as a clip of joints
-        only they do not.
+        One clip or a batch; its own rotations are used if they fit, which they do not for a clip
+        with only joints.
     skeleton : Skeleton
-        Of `motion`.
+        Skeleton of `motion`.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Plant feet: hold feet in contact in place, carry the body along with them, bend legs to reach.
+"""Plant feet: hold feet in contact in place, move the body along with them, bend legs to reach.
 
-Models place feet only roughly, so that feet slide by decimeters while in contact.
-Here a foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and
-soles is cleaned by `a2v.animation.grounding`.
+Models place feet only approximately, so that feet slide by decimeters while in contact. Here a foot
+is an ankle and a toe, and clips come in batches. A person's rig with heels, toes and soles is
+cleaned by `a2v.animation.grounding`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def plant_feet(
     Parameters
     ----------
     joints : (..., T, J, 3) float
-        Meters, y up; the ground is level unless not ``settings.settled``.
+        Meters, y up; the ground is level if ``settings.settled``.
     skeleton : Skeleton
         Clips without two legs that end in feet are returned unchanged.
     fps : float
@@ -78,11 +78,11 @@ def plant_feet(
 
 
 def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
-    """Step over the ground of the part of each foot in contact since the frame before (2, N, T, 2);
-    0 in the first frame."""
+    """Return the step over the ground, since the previous frame, of the part of each foot in
+    contact (2, N, T, 2); 0 in the first frame."""
     steps = np.diff(feet[..., [0, 2]], axis=2, prepend=feet[:, :, :1][..., [0, 2]])
     toe = by_toe.copy()
-    toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it has stood before
+    toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it stood in the previous frame
     held: FloatArray = np.where(toe[..., None], steps[..., 1, :], steps[..., 0, :])
     return held
 
@@ -90,7 +90,7 @@ def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
 def _carried(
     stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """Offset of the whole body (N, T, 2) that takes the slide of feet in contact off its path."""
+    """Return the offset of the whole body (N, T, 2) that removes the slide of feet in contact."""
     both = stands.copy()
     both[:, :, 1:] &= stands[:, :, :-1]
     both[:, :, 0] = False
@@ -108,8 +108,8 @@ def _carried(
 def _moves(
     stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """Offset of each foot (2, N, T, 3): in contact it stays at the mean of its slide, on its floor;
-    smooth between."""
+    """Return the offset of each foot (2, N, T, 3): in contact it stays at the mean of its slide, on
+    its floor; smooth between."""
     shape = stands.shape
     flat = stands.reshape(-1, shape[-1])
     which, number, counts, _ = runs_of(flat)
@@ -125,7 +125,7 @@ def _moves(
     move[..., 1] = np.where(flat, height, 0)
     bridge_gaps(move, flat)
     smooth = gaussian_filter1d(move, settings.ease * fps, axis=1, mode="nearest")
-    # standing feet keep what holds them, and come to it where they land
+    # standing feet keep their correction, and feet approach it as they land
     inner = minimum_filter1d(flat.astype(float), 3, axis=1, mode="nearest")[..., None]
     moved: FloatArray = (inner * move + (1 - inner) * smooth).reshape(*shape, 3)
     return moved
@@ -134,8 +134,8 @@ def _moves(
 def _cleared(
     over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """Rise of each foot (2, N, T) that keeps it out of its floor, and clear of it while it
-    swings."""
+    """Return the rise of each foot (2, N, T) that keeps it above its floor, and clear of it while
+    it swings."""
     swings = np.clip((speeds_of(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
     frames = max(1, round(settings.rise * fps))
     rising = gaussian_filter1d(
@@ -161,8 +161,10 @@ def _reach(
     fps: float,
     settings: PlantSettings,
 ) -> None:
-    """Move feet by `move` (2, N, T, 3), in place, as far as frames are `free` (T,):
-    the pelvis comes down for legs that are too short, knees give way."""
+    """Move feet by `move` (2, N, T, 3), in place, weighted by `free` (T,).
+
+    The pelvis comes down for legs that are too short, and knees bend.
+    """
     drop = np.zeros(clips.shape[:2])
     targets = []
     for (hip, knee, ankle, _), by in zip(legs, move, strict=True):

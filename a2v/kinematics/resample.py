@@ -15,16 +15,16 @@ SHOWN_FPS = 30.0
 """Default frame rate of videos and exports, frames per second."""
 
 MAX_JOINT_FRAMES = 1_000_000
-"""Joints times frames of the longest clip that is read or resampled; one takes about 700 bytes per
-joint and frame in memory."""
+"""Largest product of joints and frames of a clip that is read or resampled; one takes about 700
+bytes per joint and frame in memory."""
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:
     """Resample clip(s) to `fps`, keeping the duration from the first to the last frame.
 
-    Rotations (as quaternions of continuous sign), root and bone lengths run through cubic splines;
-    frames that both rates share are unchanged, and bones keep their lengths. Beside monotone
-    cubics, splines are nearer to what was recorded, and feet slide and sink less
+    Rotations (as quaternions of continuous sign), root and bone lengths are interpolated by cubic
+    splines. Frames that both rates share are unchanged, and bones keep their lengths. Compared with
+    monotone cubics, splines are nearer to the recording, and feet slide and sink less
     (docs/animation.md).
 
     Parameters
@@ -37,7 +37,7 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     Returns
     -------
     Motion
-        Every (1 / `fps`) s from the first frame on.
+        A frame every (1 / `fps`) s from the first frame on.
 
     Raises
     ------
@@ -51,9 +51,9 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     frames = frames_made(motion.frames, motion.fps, fps)
     if frames * len(motion.parents) > MAX_JOINT_FRAMES:
         raise InputError(
-            f"{motion.frames} frames at {motion.fps:g} a second become {frames} at {fps:g}, with "
-            f"{len(motion.parents)} joints more than "
-            f"{MAX_JOINT_FRAMES:,} positions; cut the motion or ask for fewer frames per second"
+            f"{motion.frames} frames at {motion.fps:g} fps become {frames} at {fps:g} fps: with "
+            f"{len(motion.parents)} joints, more than "
+            f"{MAX_JOINT_FRAMES:,} positions; cut the motion or request a lower frame rate"
         )
     if motion.frames == 1:
         return dataclasses.replace(motion, fps=float(fps))
@@ -63,18 +63,19 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
 
 
 def frames_made(frames: int, fps: float, rate: float) -> int:
-    """Frames at `rate` that resampling makes out of `frames` at `fps`."""
+    """Return the number of frames at `rate` that resampling makes of `frames` at `fps`."""
     return int(np.floor((frames - 1) / fps * rate + 1e-6)) + 1
 
 
 def frames_needed(frames: int, fps: float, rate: float) -> int:
-    """Fewest frames at `fps` out of which resampling makes `frames` at `rate`, or more."""
+    """Return the smallest number of frames at `fps` from which resampling makes at least `frames`
+    at `rate`."""
     return int(np.ceil((frames - 1) / rate * fps - 1e-6)) + 1
 
 
 def resample_at(motion: Motion, at: FloatArray) -> Motion:
-    """Poses of clip(s) at fractional frames `at` (T,) from 0 to the last, as `resample_motion`
-    finds them; the frame rate is kept."""
+    """Sample poses of clip(s) at fractional frames `at` (T,) from 0 to the last, as in
+    `resample_motion`; the frame rate is kept."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     rotvecs, lengths = rotvecs_of(motion, skeleton)
     quats = interpolate(continuous(rotvec_to_quat(rotvecs), axis=-3), at, axis=-3)
@@ -92,7 +93,7 @@ def resample_at(motion: Motion, at: FloatArray) -> Motion:
 
 
 def _shown_at(motion: Motion, at: FloatArray) -> dict[str, FloatArray] | None:
-    """Expressions at fractional frames `at` (T,), in straight lines: they stay within [0, 1]."""
+    """Interpolate expressions linearly at fractional frames `at` (T,): they stay within [0, 1]."""
     if motion.expressions is None:
         return None
     return {
@@ -102,7 +103,8 @@ def _shown_at(motion: Motion, at: FloatArray) -> dict[str, FloatArray] | None:
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
-    """Values at fractional frames `at` along `axis`: a cubic spline, linear for two frames."""
+    """Interpolate values at fractional frames `at` along `axis` by a cubic spline, linearly for two
+    frames."""
     from scipy.interpolate import CubicSpline
 
     count = values.shape[axis]

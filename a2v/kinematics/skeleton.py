@@ -1,4 +1,4 @@
-"""Kinematic trees: the skeletons of the papers' data sets and how to make others."""
+"""Kinematic trees: the skeletons of the papers' data sets, and construction of others."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ class Skeleton:
 
     @cached_property
     def levels(self) -> tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]:
-        """Bones grouped by their place in their chain: per place, (joints, previous joints of the
-        same chain).
+        """Bones grouped by their place in their chain: (joints, previous joints of the same chain)
+        per place.
 
-        Rotations of one level depend on the level before it alone, so forward kinematics is one
-        batched product a level instead of a loop over chains and joints. The previous joint of a
+        Rotations of one level depend only on the previous level, so forward kinematics is one
+        batched product per level instead of a loop over chains and joints. The previous joint of a
         chain's first bone is -1: chains start from the identity.
         """
         levels = []
@@ -204,7 +204,7 @@ def skeleton_from_parents(
 ) -> Skeleton:
     """Build a `Skeleton` from a parent list (parents before children), as read from a BVH file.
 
-    A joint's first child continues its chain; every other child starts a chain of its own.
+    A joint's first child continues its chain; every other child starts a new chain.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def skeleton_from_parents(
 
 
 def skeleton_of(name: str, parents: Sequence[int], joint_names: Sequence[str]) -> Skeleton:
-    """The known skeleton called `name`, or one built from the parents of a custom motion."""
+    """Return the known skeleton called `name`, or one built from the parents of a custom motion."""
     known = SKELETONS.get(name)
     if known is not None and known.parents.tolist() == list(parents):
         return known
@@ -259,7 +259,7 @@ def skeleton_of(name: str, parents: Sequence[int], joint_names: Sequence[str]) -
 
 
 def subtree(parents: IntArray, bone: int) -> list[int]:
-    """A bone and all that hang on it, parents first."""
+    """Return a bone and all its descendants, parents first."""
     found = [bone]
     for other in range(bone + 1, len(parents)):
         if int(parents[other]) in found:

@@ -1,8 +1,8 @@
-"""Maps between representations of rotations, for numpy arrays and torch tensors alike.
+"""Maps between representations of rotations, for numpy arrays and torch tensors.
 
 Rotation vectors are ``(..., 3)`` (axis times angle, radians), matrices ``(..., 3, 3)`` acting on
 column vectors, quaternions ``(..., 4)`` in the order w, x, y, z. Any leading batch shape, any
-floating dtype; the maps are differentiable everywhere, the identity included (torch).
+floating dtype; the maps are differentiable everywhere, including the identity (torch).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = TypeVar("Array", bound=Any)
 
 
 def namespace(array: Any) -> Any:
-    """The module (numpy or torch) that `array` belongs to."""
+    """Return the module (numpy or torch) that `array` belongs to."""
     torch = sys.modules.get("torch")
     return torch if torch is not None and isinstance(array, torch.Tensor) else np
 
@@ -41,11 +41,11 @@ def hat(rotvec: Array) -> Array:
 
 
 MATRIX_BASIS = np.concatenate([np.eye(3)[None], hat(np.eye(3))]).reshape(4, 9).T.copy()
-"""Matrix (9, 4) that makes a I + hat(v), flat, of (a, v)."""
+"""Matrix (9, 4) from (a, v) to the flattened a I + hat(v)."""
 
 
 def constant(array: FloatArray, like: Array) -> Array:
-    """`array` in the kind, dtype and place of `like`."""
+    """Convert `array` to the library, dtype and device of `like`."""
     xp = namespace(like)
     made = xp.asarray(array, dtype=like.dtype)
     placed: Array = made if xp is np else made.to(like.device)
@@ -67,7 +67,7 @@ def rotvec_to_rotmat(rotvec: Array) -> Array:
     """
     xp = namespace(rotvec)
     square = _norm_squared(rotvec)
-    small = square < 1e-3  # three terms of the series are exact to float64 there
+    small = square < 1e-3  # three terms of the series are exact to float64 for small angles
     safe = xp.where(small, xp.ones_like(square), square)
     angle = xp.sqrt(safe)
     half = xp.sin(angle / 2)
@@ -246,8 +246,8 @@ def swing_between(source: Array, target: Array) -> Array:
 
     a, b = unit(source), unit(target)
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    # the swing is two half-way turns: its quaternion is (a . h, a x h) with h the unit bisector,
-    # which keeps its precision until the directions are opposite, where no bisector exists
+    # The swing is two half-way turns. Its quaternion is (a . h, a x h) with the unit bisector h. It
+    # is precise except for opposite directions, which have no bisector.
     bisector = a + b
     opposite = (_norm_squared(bisector) < xp.finfo(a.dtype).eps)[..., None]
     h = unit(bisector)

@@ -1,4 +1,4 @@
-"""Judge by landmarks whether legs are straight and upright."""
+"""Find out from landmarks whether legs are straight and upright."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from a2v.types import FloatArray
 def leg_stance(
     side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None
 ) -> tuple[bool, bool]:
-    """Whether a leg looks straight, and whether it also looks upright, as a leg that carries
+    """Return whether a leg looks straight, and whether it also looks upright, as a leg that carries
     weight.
 
-    The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
+    The thresholds were chosen by hand on photos of standing people.
 
     Parameters
     ----------
@@ -41,7 +41,8 @@ def leg_stance(
     straight = bend(pixels) < 15.0
     if points is not None and np.isfinite(points[[hip, knee, ankle]]).all():
         straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
-    if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
+    # a leg that points at the camera is short compared with the trunk
+    if confidence[shoulder] > 0.3:
         straight &= bool(
             np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder])
         )

@@ -27,8 +27,8 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
 
 
 def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) with the same bone directions and the given `lengths` (J,); the root
-    stays."""
+    """Return joints (T, J, 3) with the same bone directions and the given `lengths` (J,); the root
+    is unchanged."""
     vectors = bone_vectors(joints, skeleton)
     vectors = (
         vectors
@@ -41,8 +41,10 @@ def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> F
 
 
 def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> float:
-    """The factor s of the weighted least squares ``targets ~ s * points + t``: points and targets
-    (N, D), weights (N,) not all 0."""
+    """Return the factor s of the weighted least squares ``targets ~ s * points + t``.
+
+    Points and targets are (N, D), weights (N,) not all 0.
+    """
     first = points - np.average(points, axis=0, weights=weights)
     second = targets - np.average(targets, axis=0, weights=weights)
     return float(
@@ -52,14 +54,14 @@ def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> 
 
 
 def compose(first: Array, second: Array) -> Array:
-    """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times
-    faster than matmul."""
+    """Multiply rotation matrices (..., 3, 3) by three multiply-adds, which is several times faster
+    than matmul on a CPU."""
     product: Array = sum(first[..., :, k, None] * second[..., k, None, :] for k in range(3))
     return product
 
 
 def compose_rows(first: Array, second: Array) -> Array:
-    """Products of rotation matrices (..., 3, 3, N), poses last: few operations on long rows."""
+    """Multiply rotation matrices (..., 3, 3, N), poses last: few operations on long rows."""
     product: Array = (first[..., :, :, None, :] * second[..., None, :, :, :]).sum(-3)
     return product
 
@@ -105,11 +107,11 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
 
 
 def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
-    """Rotation vectors (..., J, 3) whose forward kinematics give `joints` (..., J, 3) with their
-    bone lengths.
+    """Return rotation vectors (..., J, 3) whose forward kinematics give `joints` (..., J, 3) with
+    their bone lengths.
 
-    Each bone takes the smallest rotation from the previous one (joint positions leave the twist
-    about a bone open). A bone of zero length gets none.
+    Each bone takes the smallest rotation from the previous one (joint positions do not determine
+    the twist about a bone). A bone of zero length gets no rotation.
     """
     bones = bone_vectors(joints, skeleton).reshape(-1, 3 * skeleton.n_joints).T
     rotvecs = bones_to_rotvecs(bones.reshape(skeleton.n_joints, 3, -1), skeleton)
@@ -118,10 +120,10 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
 
 
 def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
-    """The rotation vectors of `inverse_kinematics`, from bones of any length.
+    """Return the rotation vectors of `inverse_kinematics` from bones of any length.
 
-    Poses come last, so that every operation runs along N numbers in a row: a flow's graph has this
-    inside.
+    Poses come last, so that every operation runs along N contiguous numbers. The graph of a flow
+    contains this function.
 
     Parameters
     ----------
@@ -155,12 +157,13 @@ def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
         cosine, cross, linear = parts[:, :1], parts[:, 1:4], parts[:, 4:]
         sine = xp.sqrt((cross * cross).sum(1))[:, None]
         beyond = cosine < 0
-        # the tangent of half the angle, from whichever pair does not cancel
+        # the tangent of half the angle, from the pair that does not cancel
         angle = 2 * xp.arctan(
             xp.where(beyond, 1 - cosine, sine)
             / xp.where(beyond, xp.clip(sine, tiny, None), 1 + cosine)
         )
-        # a bone turned right back has no axis of its own: any one square to the rest direction
+        # a bone turned by 180 degrees has no unique axis: any one perpendicular to the rest
+        # direction
         opposite = beyond & (sine < xp.finfo(bones.dtype).eps ** 0.5)
         axis = xp.where(
             opposite,
@@ -182,7 +185,7 @@ def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
 
 
 def _swing_parts(rest: FloatArray) -> FloatArray:
-    """Matrices (n, 13, 3) that make of w: e . w, e x w and (e . w) I + hat(e x w), for unit rest
+    """Return matrices (n, 13, 3) from w to e . w, e x w and (e . w) I + hat(e x w), for unit rest
     directions e (n, 3)."""
     both = np.concatenate([rest[:, None], hat(rest)], 1)
     parts: FloatArray = np.concatenate([both, MATRIX_BASIS @ both], 1)
@@ -190,7 +193,7 @@ def _swing_parts(rest: FloatArray) -> FloatArray:
 
 
 def _any_normal(directions: FloatArray) -> FloatArray:
-    """Unit vectors (n, 3), each square to one of the unit `directions` (n, 3)."""
+    """Return unit vectors (n, 3), each perpendicular to one of the unit `directions` (n, 3)."""
     normals = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), -1)])
     unit: FloatArray = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
     return unit

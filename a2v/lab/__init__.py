@@ -1,2 +1,2 @@
-"""The laboratory: what researchers use to make, train and measure what the product ships. Making a
-video imports nothing of it."""
+"""The laboratory: tools for researchers to make, train and measure the shipped models. Making a
+video imports nothing from it."""

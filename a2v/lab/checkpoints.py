@@ -77,11 +77,11 @@ def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict
         Exception
     ):  # torch raises many kinds for a damaged file, and its message recommends unsafe reading
         raise InputError(
-            f"{path} cannot be read as a checkpoint; it is damaged, or something else"
+            f"{path} cannot be read as a checkpoint; it is damaged, or not a checkpoint"
         ) from None
     if missing:
         raise InputError(
-            f"{path} is no checkpoint of this training (it lacks "
+            f"{path} is not a checkpoint of this training (it lacks "
             f"{', '.join(sorted(missing))}); give another folder"
         )
     return dict(content)

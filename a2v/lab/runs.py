@@ -48,8 +48,8 @@ class RunSettings:
     log_every : int
         Iterations between lines of the log.
     quick_products : bool
-        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On
-        a CPU with AMX it rounds factors to bfloat16.
+        Compute matrix products by oneDNN instead of MKL while training on a CPU. It is twice as
+        fast on AMD's CPUs. On a CPU with AMX it rounds factors to bfloat16.
     """
 
     seed: int = 0
@@ -118,17 +118,17 @@ def choose_device(name: str) -> torch.device:
 
 @dataclass(frozen=True, kw_only=True)
 class RateSchedule:
-    """A learning rate that rises along a line, then falls along half a cosine.
+    """A learning rate that rises linearly, then falls along half a cosine.
 
     Attributes
     ----------
     peak : float
     span : int
-        Iterations until the rate has fallen.
+        Iteration at which the rate has reached its floor.
     floor : float
-        Share of `peak` that is left then; 1 for a constant rate.
+        Final rate as a fraction of `peak`; 1 for a constant rate.
     warm_up : int
-        Iterations until the rate has risen.
+        Number of iterations of the rise.
     """
 
     peak: float
@@ -137,7 +137,7 @@ class RateSchedule:
     warm_up: int = 1
 
     def __call__(self, iteration: int) -> float:
-        """The rate of an iteration, counted from 0."""
+        """Return the rate of an iteration, counted from 0."""
         return (
             self.peak
             * min(1.0, (iteration + 1) / self.warm_up)
@@ -149,7 +149,7 @@ class RateSchedule:
 
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
-    """Return what identifies a run: the settings (dataclasses) that change the result, and the
+    """Return the identity of a run: the settings (dataclasses) that change the result, and the
     data's digest."""
     values: dict[str, Any] = {}
     for chosen in settings:
@@ -213,7 +213,7 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """Time of the training, all its sessions together."""
+        """Total time of the training over all its sessions, seconds."""
         return time.monotonic() - self._began
 
     @property
@@ -233,7 +233,7 @@ class Run:
 
 
 class Training(ABC):
-    """A training in progress, which `carry_on` runs, saves and restores.
+    """A training in progress; `carry_on` runs, saves and restores it.
 
     Attributes
     ----------
@@ -247,9 +247,9 @@ class Training(ABC):
     """
 
     STORED: ClassVar[tuple[str, ...]]
-    """Entries of `content` without which a checkpoint is of another training."""
+    """Entries of `content` that a checkpoint of this training must have."""
     REMEDY: ClassVar[str] = "lower learning_rate"
-    """What to do when it diverges."""
+    """Advice in the message if the training diverges."""
 
     optimizer: torch.optim.Optimizer
     rate: RateSchedule
@@ -260,28 +260,28 @@ class Training(ABC):
 
     @abstractmethod
     def step(self) -> dict[str, float]:
-        """Run iteration number `iteration`. Return its losses and other values of which the log has
-        the mean."""
+        """Run iteration number `iteration`. Return its losses and other values whose means go to
+        the log."""
 
     @abstractmethod
     def content(self) -> dict[str, Any]:
-        """Return the content of a checkpoint beside optimizer, iteration and log: tensors and plain
-        values."""
+        """Return the content of a checkpoint besides optimizer, iteration and log: tensors and
+        plain values."""
 
     @abstractmethod
     def restore(self, content: Mapping[str, Any]) -> None:
-        """Take over the `content` of a checkpoint."""
+        """Restore the state from the `content` of a checkpoint."""
 
     def begin(self) -> None:  # noqa: B027  # most need no preparation
-        """Prepare a training that has no checkpoint."""
+        """Prepare a training without a checkpoint."""
 
     def measure(self) -> dict[str, float]:
         """Return further values of a row of the log, measured when it is written."""
         return {}
 
     def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
-        """One step of the optimizer down `loss` (); the gradient's norm is limited to
-        `largest_gradient`, unless that is 0."""
+        """Take one optimizer step on `loss` (); the gradient's norm is limited to
+        `largest_gradient` unless that is 0."""
         from torch import nn
 
         self.optimizer.zero_grad(set_to_none=True)
@@ -363,7 +363,7 @@ def carry_on(
 def _mean_row(
     training: Training, run: Run, recent: Sequence[Mapping[str, float]]
 ) -> dict[str, float]:
-    """A row of the log. Raises InputError if a mean is not finite."""
+    """Return a row of the log. Raises InputError if a mean is not finite."""
     mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
     row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
     if not np.isfinite(list(mean.values())).all():

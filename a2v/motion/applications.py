@@ -23,7 +23,7 @@ from a2v.motion.placement import leg_length, level_floor
 from a2v.types import FloatArray, Motion
 
 CONCENTRATED = 0.7
-"""Mean resultant length of headings from which a model is taken to know one heading only."""
+"""Mean resultant length of headings above which a model is assumed to know only one heading."""
 
 
 def interpolate(
@@ -35,12 +35,12 @@ def interpolate(
     frames: int = 60,
     linear: bool = False,
 ) -> Motion:
-    """Motions between two motions of an action, by their noise (journal paper, Sec. 5.1.3).
+    """Interpolate between two motions of an action in their noise (journal paper, Sec. 5.1.3).
 
-    A step model's first noise vector, which makes the first pose, goes from that of ``seeds[0]`` to
-    that of ``seeds[1]``, and the noise of later frames is that of ``seeds[0]`` in every row. A
-    window model makes whole windows from a vector each: all of them are interpolated, so that the
-    last row is the motion of ``seeds[1]``.
+    For a step model, the first noise vector, which determines the first pose, is interpolated from
+    that of ``seeds[0]`` to that of ``seeds[1]``; the noise of later frames is that of ``seeds[0]``
+    in every row. A window model makes each window from one vector: all of them are interpolated, so
+    that the last row is the motion of ``seeds[1]``.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ def interpolate(
         Number of motions, both ends included; at least 2.
     frames : int
     linear : bool
-        Interpolate on the straight line, as in the paper; otherwise on the great circle, on which
-        the noise keeps the length of the training.
+        Interpolate linearly, as in the paper. Otherwise on the great circle, which keeps the length
+        of the noise as in training.
 
     Returns
     -------
@@ -101,10 +101,10 @@ def interpolate(
 def between(
     first: FloatArray, second: FloatArray, share: FloatArray, *, linear: bool = False
 ) -> FloatArray:
-    """Vectors (R, Z) float32 on the way from `first` to `second` (Z,), at `share` (R,) in [0, 1].
+    """Interpolate vectors (R, Z) float32 from `first` to `second` (Z,), at `share` (R,) in [0, 1].
 
-    The great circle (Shoemake 1985, in any dimension) passes through the lengths of both ends;
-    parallel vectors are interpolated on the line.
+    By default on the great circle (Shoemake 1985, in any dimension), with the length interpolated
+    between both ends; parallel vectors are interpolated linearly.
     """
     share = np.asarray(share, dtype=np.float64)[:, None]
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
@@ -131,23 +131,24 @@ def outpaint(
     count: int = 3,
     seed: int = 0,
 ) -> Motion:
-    """Several futures of given poses (journal paper, Sec. 5.1.5).
+    """Sample several continuations of given poses (journal paper, Sec. 5.1.5).
 
-    The futures have the body of `start` and continue from its end; all poses of `start` are kept. A
-    model that learned one heading only (HumanAct12: facing the camera) gets `start` rotated to that
-    heading, and the result is rotated back.
+    The continuations have the body of `start` and begin at its end; all poses of `start` are kept.
+    For a model that learned only one heading (HumanAct12: facing the camera), `start` is rotated to
+    that heading, and the result is rotated back.
 
     Parameters
     ----------
     model : MotionModel
     start : Motion
-        One clip, of any skeleton with a person's joints, shorter than `frames` once at the model's
-        frame rate. Window models see its last ``context_frames`` frames, step models all.
+        One clip of any skeleton with a person's joints. At the model's frame rate it must be
+        shorter than `frames`. Window models use its last ``context_frames`` frames, step models
+        all.
     action : str or list of str
     frames : int
-        Frames a clip, those of `start` included.
+        Number of frames per clip, including those of `start`.
     count : int
-        Futures.
+        Number of continuations.
     seed : int
 
     Returns
@@ -182,7 +183,7 @@ def outpaint(
     labels = np.tile(model.frame_labels(names, frames), (count, 1))
     bodies = np.tile(lengths.astype(np.float32), (count, 1))
     rotmat = _to_known_heading(model, given, int(labels[0, 0]), generator)
-    # the model's own steps: longer legs took longer ones, see MotionModel.to_motion
+    # the model's own steps: the path was scaled for longer legs, see MotionModel.to_motion
     step = float(leg_length(lengths, skeleton) / leg_length(model.bone_lengths, skeleton))
     end = given[-1, 0]
     shown = given - end
@@ -191,7 +192,7 @@ def outpaint(
         labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1))
     )
     joints = (joints + (step - 1) * joints[:, :, :1]) @ rotmat + end
-    # the given poses define the floor, unless they are too few to tell a step from a jump
+    # the given poses define the floor, unless they are too few to distinguish a step from a jump
     known = len(given) if len(given) >= 0.5 * model.fps else model.card.frames
     joints = level_floor(joints.astype(np.float32), max(known, len(given)), model.card.frames // 2)
     joints[:, : len(given)] = given
@@ -223,8 +224,8 @@ def matching_actions(model: MotionModel, pattern: str) -> list[str]:
 def sample_each(
     model: MotionModel, actions: list[str], *, frames: int = 60, seed: int = 0
 ) -> Motion:
-    """One clip of each action as a batch (fine-grained actions beside each other; first paper,
-    Table 5).
+    """Sample one clip of each action as a batch (for fine-grained actions side by side; first
+    paper, Table 5).
 
     ``action`` of the result names them in the order of the clips, with a bar between; each clip is
     ``model.sample(name, seed=seed)``.
@@ -244,11 +245,11 @@ def sample_each(
 
 
 def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) float32 of a clip on another skeleton of a person.
+    """Convert a clip to another skeleton of a person; returns joints (T, J, 3) float32.
 
     Joints are matched by their names in any known scheme (`canonical_joints`); joints of the spine
-    without a match lie between pelvis and neck; a missing end (hand, toes, head) continues from the
-    bone before it with the length of `lengths` (toes: forwards, level).
+    without a match lie between pelvis and neck; a missing end (hand, toes, head) extends its parent
+    bone with the length of `lengths` (toes: forward, level).
 
     Parameters
     ----------
@@ -268,7 +269,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     if missing := missing_joints(wanted):
         raise InputError(
             f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start "
-            "with its own joint names"
+            "whose joints have the same names as the model's"
         )
     source = source_joints(motion)
     shoulders = (source["left_shoulder"] + source["right_shoulder"]) / 2
@@ -310,8 +311,8 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
 def _to_known_heading(
     model: MotionModel, given: FloatArray, label: int, generator: np.random.Generator
 ) -> FloatArray:
-    """Rotation (3, 3) about +y of `given` (T, J, 3) to the heading of the model's own clips of an
-    action, if they share one."""
+    """Return the rotation (3, 3) about +y of `given` (T, J, 3) to the heading of the model's own
+    clips of an action, if they share one."""
     skeleton = model.skeleton
     if skeleton.hips is None or skeleton.shoulders is None:
         return np.eye(3)

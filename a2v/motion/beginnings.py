@@ -15,10 +15,11 @@ LEAD_SECONDS = 1 / 3
 
 
 def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
-    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can lose at
-    their beginning, where the person stands still.
+    """Count the frames (N,) at the beginning of clips (N, T, J, 3) in which the person stands
+    still.
 
-    The last `LEAD_SECONDS` before the first movement are kept.
+    The clips move for `usable` frames (N,) or (). The last `LEAD_SECONDS` before the first movement
+    do not count.
     """
     moving = np.minimum(np.broadcast_to(usable, len(joints)), joints.shape[1])
     if joints.shape[1] < 2:

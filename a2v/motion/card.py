@@ -22,13 +22,13 @@ MAX_FRAMES = 10_000
 """Longest clip that is generated in one call."""
 
 STEP_FORMAT = "a2v-motion/1"
-"""Entry "format" of files that make one frame after the other."""
+"""Entry "format" of files that make clips frame by frame."""
 WINDOW_FORMAT = "a2v-flow/1"
 """Entry "format" of files that make whole windows."""
 
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
-"""Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H);
-its outputs are ``last_<name>``."""
+"""Recurrent inputs of a `STEP_FORMAT` graph: the previous pose (N, J, 3) and hidden states (N, H).
+Its outputs are ``last_<name>``."""
 
 _LARGEST_SIZE = 10_000
 """Largest size of noise vectors and states; shipped models have 384 and 128."""
@@ -93,14 +93,14 @@ class ModelCard:
 
     @functools.cached_property
     def rests_as_named(self) -> bool:
-        """Whether the rest pose is that of `skeleton`; a custom skeleton was learned with its own
+        """Whether the rest pose is that of `skeleton`. A custom skeleton was learned with its own
         rest pose."""
         return bool(np.allclose(self.rest_directions, self.skeleton.rest_directions, atol=1e-6))
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepCard(ModelCard):
-    """The card of a model that makes one frame after the other (a VAE).
+    """The card of a model that makes clips frame by frame (a VAE).
 
     Attributes
     ----------
@@ -118,10 +118,10 @@ class WindowCard(ModelCard):
     Attributes
     ----------
     window_frames, context_frames : int
-        Number of frames W of a window, and P of the frames that it may continue.
+        Number of frames W of a window, and number of frames P that it may continue.
     active : tuple of arrays (n,) float64
-        By action: moving share of a window of each clip of the data, ascending, in [0, 1]; empty if
-        the data has no clip.
+        By action: fraction of a window in which each clip of the data moves, ascending, in [0, 1];
+        empty if the data has no clip.
     headings : tuple of arrays (n,) float64
         By action: first headings of the data's windows, radians about +y from +z. Not empty for
         models whose windows all face +z.
@@ -137,13 +137,13 @@ class WindowCard(ModelCard):
 
 
 def read_card(path: Path) -> StepCard | WindowCard:
-    """The card of an ONNX file.
+    """Read the card of an ONNX file.
 
     Raises
     ------
     InputError
-        The file is no motion model of a2v, or an entry is missing, of another kind, or out of
-        range; the message names file and entry.
+        The file is not a motion model of a2v, or an entry is missing, of another type, or out of
+        range. The message names file and entry.
     """
     card = parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
     _check_graph(card, path)
@@ -151,8 +151,8 @@ def read_card(path: Path) -> StepCard | WindowCard:
 
 
 def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
-    """Require the inputs and outputs of the card in the graph: names, types and sizes besides clips
-    and frames."""
+    """Check that the graph has the inputs and outputs of the card: names, types and sizes (except
+    of clips and frames)."""
     joints = len(card.joint_names)
     body: dict[str, list[Any]] = {"bone_lengths": ["tensor(float)", 1, joints]}
     if isinstance(card, WindowCard):
@@ -186,11 +186,11 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
             or len(given) <= wanted[1]
         ):
             raise InputError(
-                f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; "
+                f"{path}: its graph lacks the input '{shorten(name, 60)}' of its description; "
                 f"{_AGAIN}"
             )
     if missing := set(outputs) - {item.name for item in session.get_outputs()}:
-        raise InputError(f"{path}: its graph does not give '{min(missing)}'; {_AGAIN}")
+        raise InputError(f"{path}: its graph lacks the output '{min(missing)}'; {_AGAIN}")
 
 
 def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard:
@@ -248,7 +248,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         if "dataset_digest" in entries.entries
         else "",
         "decoder": entries.text("decoder"),
-        "license": entries.text("licence"),  # the spelling of the key in files
+        "license": entries.text("licence"),  # the files spell this key in British English
         "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
         "actions": actions,
         "fps": entries.number("fps", low=0.1, high=1000),
@@ -271,8 +271,8 @@ def _common(entries: _Entries) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Entries:
-    """Entries of a JSON object from outside, each checked as it is read; every method raises
-    InputError that names file and entry."""
+    """Entries of a JSON object from outside, each checked when it is read. Errors name the file and
+    the entry."""
 
     entries: Mapping[str, Any]
     path: Path

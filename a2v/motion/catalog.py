@@ -1,6 +1,6 @@
 """All available actions and their sources: the shipped models and the library of clips.
 
-`understand` takes words to typed steps, each with the source that makes it.
+`understand` converts words to typed steps, each with its source.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`.
 WEAK = Path(__file__).with_name("weak.csv")
 
 LICENSES = ("any", "free")
-"""Which actions may be used: all that ship, or only those that are free for every use."""
+"""Filters of actions by license: all that ship, or only those that are free for every use."""
 
 RESEARCH: tuple[str, ...] = ("humanact12", "humanact12-fine")
 """Sources for research only."""
@@ -47,7 +47,7 @@ THEMES = {
     "Step": "steps and climbing",
     "Climb": "steps and climbing",
 }
-"""Of the papers' actions."""
+"""Themes of the papers' actions."""
 HUMANACT12_THEMES = {
     "walk": "walking",
     "run": "running",
@@ -57,7 +57,7 @@ HUMANACT12_THEMES = {
     "warm": "sports",
     "lift": "sports",
 }
-"""Of HumanAct12's actions, by the first word; all others are everyday."""
+"""Themes of HumanAct12's actions by the first word; all others are everyday."""
 
 SITTING = ("Sit down", "Sit", "Sit and talk")
 SEATED = {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}
@@ -81,7 +81,7 @@ class Entry:
     ----------
     name : str
     sources : tuple of str
-        The members of `SOURCES` that make it, the preferred one first.
+        The members of `SOURCES` that have it, the preferred one first.
     theme : str
     license : str
     note : str
@@ -97,7 +97,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Catalog:
-    """The actions of some sources, and how they are found by words."""
+    """The actions of some sources, searchable by words."""
 
     entries: tuple[Entry, ...]
     vocabulary: Vocabulary
@@ -107,11 +107,11 @@ class Catalog:
         return {entry.name: entry for entry in self.entries}
 
     def entry(self, action: str) -> Entry:
-        """The entry of an action's name."""
+        """Return the entry of an action."""
         return self._by_name[action]
 
     def themes(self) -> dict[str, list[Entry]]:
-        """Entries by theme, the themes in alphabetical order."""
+        """Return the entries by theme, with the themes in alphabetical order."""
         names = sorted({entry.theme for entry in self.entries})
         return {name: [entry for entry in self.entries if entry.theme == name] for name in names}
 
@@ -133,18 +133,18 @@ class Understanding:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """The sources that make the steps, each once."""
+        """The sources of the steps, each once."""
         return tuple(dict.fromkeys(step.source for step in self.steps))
 
 
 @cache
 def catalog(license: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog:
-    """The actions of `sources` that a license allows.
+    """Return the actions of `sources` that a license allows.
 
     Raises
     ------
     InputError
-        `license` is none of `LICENSES`.
+        `license` is not one of `LICENSES`.
     """
     if license not in LICENSES:
         raise InputError(f"license is '{license}'; choose from {', '.join(LICENSES)}")
@@ -183,8 +183,8 @@ def catalog(license: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog
 def understand(
     text: str, *, license: str = "any", sources: Sequence[str] = SOURCES
 ) -> Understanding:
-    """Match words to steps of any source. If several make an action, one that also makes other
-    steps is preferred.
+    """Match words to steps of any source. If several sources have an action, one that also has
+    other steps is preferred.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
 
 
 def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
-    """Give each step a source: of those that make it, the one that makes most of the steps."""
+    """Give each step a source: of the sources that have it, the one that has most of the steps."""
     counts = Counter(source for step in steps for source in known.entry(step.action).sources)
 
     def best(step: Step) -> str:
@@ -266,7 +266,7 @@ def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
 
 @cache
 def weaknesses() -> dict[str, str]:
-    """Weak actions of `cmu-fine` with a description of the weakness (``weak.csv``)."""
+    """Return the weak actions of `cmu-fine` with a description of the weakness (``weak.csv``)."""
     with WEAK.open(newline="", encoding="utf-8") as stream:
         return {row["action"]: row["note"] for row in csv.DictReader(stream)}
 

@@ -1,10 +1,11 @@
 """Hand-keyed clips that are actions like those of the models: idle, talk, bow, sit down,
 backflip...
 
-``clips.csv`` lists them with how they are played, ``a2v/weights/clips.npz`` holds their joints with
-fingers (``scripts/make_clips.py`` makes it). They are CC0: Quaternius' Universal Animation Library
-(30 frames a second) and Mesh2Motion's animations (24). The seed varies a clip: its tempo is warped,
-its sides are exchanged if the clip allows it, and the upper body moves slightly more or less.
+``clips.csv`` lists them and their mode of play. ``a2v/weights/clips.npz`` contains their joints,
+with fingers (made by ``scripts/make_clips.py``). They are CC0: Quaternius' Universal Animation
+Library (30 frames per second) and Mesh2Motion's animations (24). The seed varies a clip: its tempo
+is warped, left and right are swapped if the clip allows it, and the upper body moves slightly more
+or less.
 """
 
 from __future__ import annotations
@@ -66,9 +67,9 @@ class Clip:
     Attributes
     ----------
     name : str
-        As an action.
+        Name as an action.
     file : str
-        Name by its author.
+        The author's name of it.
     theme : str
     plays : "loop", "repeat" or "once"
         A cycle; an action that is repeated if there is time; an action that is held at its end.
@@ -80,7 +81,7 @@ class Clip:
         Other names.
     fps : float
     pace : float
-        Meters a second ahead.
+        Forward speed, meters per second.
     """
 
     name: str
@@ -101,7 +102,7 @@ class Clip:
 
 @dataclass(frozen=True)
 class ClipLibrary:
-    """The clips, and the skeleton that all of them have."""
+    """The clips and their common skeleton."""
 
     clips: tuple[Clip, ...]
     joints: tuple[FloatArray, ...]
@@ -114,7 +115,7 @@ class ClipLibrary:
         return tuple(clip.name for clip in self.clips)
 
     def index(self, action: str) -> int:
-        """Index of the clip of an action; case, spaces and hyphens don't matter.
+        """Return the index of the clip of an action; case, spaces and hyphens don't matter.
 
         Raises
         ------
@@ -128,7 +129,7 @@ class ClipLibrary:
         raise InputError(f"no clip is called '{action}'; a2v actions lists them")
 
     def seconds(self, action: str) -> float:
-        """Seconds for which a clip is played if no length is given."""
+        """Return the duration for which a clip is played if no length is given, seconds."""
         index = self.index(action)
         clip, own = self.clips[index], len(self.joints[index]) / self.clips[index].fps
         if clip.plays == "loop":
@@ -180,7 +181,8 @@ def clip_library() -> ClipLibrary:
 def play_clip(
     action: str, *, frames: int, fps: float, speed: float = 1.0, seed: int = 0, cycles: int = 0
 ) -> Motion:
-    """A clip of the given length: cycles continue, other clips are repeated or held at their end.
+    """Play a clip for the given length: cycles continue, other clips are repeated or held at their
+    end.
 
     Parameters
     ----------
@@ -190,11 +192,11 @@ def play_clip(
     speed : float
         1 as keyed, 2 twice as fast.
     cycles : int
-        With a number, the frames are that number of whole cycles, whatever the tempo, and the last
-        leads to
-        the first.
+        If not 0, the frames are this number of whole cycles at any tempo, and the last frame leads
+        to the first.
     seed : int
-        0 plays the clip as it is keyed; others vary tempo, side and how far the upper body moves.
+        0 plays the clip unchanged; other seeds vary tempo, side and the amplitude of the upper
+        body.
 
     Returns
     -------
@@ -261,8 +263,11 @@ def play_clip(
 def _sampled(
     keyed: FloatArray, at: FloatArray, skeleton: Skeleton, lengths: FloatArray, *, around: bool
 ) -> FloatArray:
-    """Joints (T, J, 3) at the frames `at` (T,) of a clip (K, J, 3), `around` again and again; bones
-    keep their `lengths` (J,)."""
+    """Sample joints (T, J, 3) at the frames `at` (T,) of a clip (K, J, 3); bones keep their
+    `lengths` (J,).
+
+    With `around` the clip repeats.
+    """
     count = len(keyed)
     low = np.floor(at).astype(np.int64)
     share: FloatArray = (at - low)[:, None, None]
@@ -275,8 +280,11 @@ def _sampled(
 
 
 def _varied(keyed: FloatArray, skeleton: Skeleton, amplitude: float) -> FloatArray:
-    """A clip (K, J, 3) whose trunk, head and arms move `amplitude` times as far from their mean
-    pose; as it is where hands come near the ground."""
+    """Scale the movement of trunk, head and arms of a clip (K, J, 3) about their mean pose by
+    `amplitude`.
+
+    Frames with hands near the ground are unchanged.
+    """
     names = skeleton.joint_names
     if keyed[:, [names.index("hand_l"), names.index("hand_r")], 1].min() < HANDS_FREE:
         return keyed

@@ -11,7 +11,7 @@ from a2v.types import FloatArray
 
 
 def lowest(joints: FloatArray) -> FloatArray:
-    """Height (N,) of the lowest joint of clips (N, T, J, 3)."""
+    """Return the height (N,) of the lowest joint of clips (N, T, J, 3)."""
     found: FloatArray = joints[..., 1].min(axis=(1, 2)).astype(np.float64)
     return found
 
@@ -19,12 +19,13 @@ def lowest(joints: FloatArray) -> FloatArray:
 def crossfade(
     before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton, lift: FloatArray
 ) -> FloatArray:
-    """Clips `after` (N, T, J, 3) float32 that continue `before` (N, S, J, 3): there, that way
-    round, and from its poses into their own.
+    """Attach clips `after` (N, T, J, 3) float32 to the end of `before` (N, S, J, 3), with a
+    cross-fade of their poses.
 
-    Directions of bones and steps of the root are mixed while the clips before would continue as
-    `ahead` (N, F, J, 3); bones keep the lengths of `after`, whose heights are theirs and `lift`
-    (N,): what brings the lowest joint of both to the same height.
+    `after` is moved and turned to continue `before`. Directions of bones and steps of the root are
+    mixed during the frames `ahead` (N, F, J, 3), with which `before` would continue. Bones keep the
+    lengths of `after`. Heights are those of `after` plus `lift` (N,), which brings the lowest
+    joints of both to the same height.
     """
     fade, last = ahead.shape[1], before[:, -1].astype(np.float64)
     yaw = heading(last, skeleton) - heading(after[:, 0].astype(np.float64), skeleton)

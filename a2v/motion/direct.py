@@ -32,8 +32,8 @@ MIN_PACE = 0.05
 MAX_PACE = 20.0
 """Fastest pace along a path, m/s: no person runs faster."""
 SLIDES_ALONG = 0.5
-"""Share of the body's speed at which a standing foot may slide before it is held: feet of a person
-who runs round a bend slide along."""
+"""Share of the body's speed at which a standing foot may slide before it is held: the feet of a
+person who runs around a bend slide."""
 KEPT_SECONDS = 0.4
 """Seconds over which a clip changes from the ground to the height of a given pose, and back."""
 
@@ -46,8 +46,8 @@ def make_motion(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Make clips: `perform`, directed where there is a `direction`, on the
-    ground (`settled`) with feet that stand (`planted`), then `edited`.
+    """Make clips: `perform` (with a `direction` if given), `settled` on the ground, feet `planted`,
+    then `edited`.
 
     Clips that are not directed begin at the first movement, unlike recordings
     (`a2v.motion.beginnings`).
@@ -88,8 +88,8 @@ def make_motion(
 def _figure(
     model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float
 ) -> Motion | None:
-    """Clips of an action that is named after its path (`a2v.motion.figures`), along that path; None
-    for all others."""
+    """Make clips of an action that is named after its path (`a2v.motion.figures`), along that path;
+    None for all other actions."""
     if (
         len(steps) != 1
         or steps[0].action not in NATURAL_SECONDS
@@ -194,8 +194,8 @@ def _on_ground(
 
 
 def _timed(direction: Direction, seconds: float) -> Direction:
-    """The direction with the times of its keyframes from the beginning of a motion that lasts
-    `seconds`, in order."""
+    """Return the direction with keyframe times counted from the beginning of a motion of `seconds`,
+    in order."""
     keys = [
         dataclasses.replace(key, time=seconds - key.time, to_end=False) if key.to_end else key
         for key in direction.keyframes
@@ -213,10 +213,10 @@ def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, fl
     assert direction.path is not None
     pace = natural_speed(model, action) if direction.pace is None else direction.pace
     if direction.pace is not None and not MIN_PACE <= pace <= MAX_PACE:
-        raise InputError(f"pace is {pace:g} m a second; expected {MIN_PACE:g} to {MAX_PACE:g}")
+        raise InputError(f"pace is {pace:g} m/s; expected {MIN_PACE:g} to {MAX_PACE:g}")
     if not pace >= MIN_PACE:
         raise InputError(
-            f"'{action}' goes {pace:.2f} m a second; a path needs an action that travels, or a pace"
+            f"'{action}' travels at {pace:.2f} m/s; a path needs an action that travels, or a pace"
         )
     return way_along(direction.path, pace=pace, fps=model.fps), pace
 
@@ -225,7 +225,8 @@ def natural_speed(model: MotionModel, action: str) -> float:
     """Speed of the model's own clips of an action, meters per second."""
     sampler = model.sampler
     share = sampler.active_share(model.label(action)) if isinstance(sampler, WindowSampler) else 1.0
-    frames = max(4, round(0.8 * share * model.card.frames))  # before clips end and stand
+    # before clips end and the person stands
+    frames = max(4, round(0.8 * share * model.card.frames))
     made = model.sample(action, frames=frames, count=SPEED_CLIPS, seed=0)
     # over half a second, so that sway does not count and turns lose nothing
     apart = max(1, min(round(0.5 * model.fps), frames - 1))
@@ -236,7 +237,7 @@ def natural_speed(model: MotionModel, action: str) -> float:
 def check_directed(
     model: MotionModel, steps: Sequence[Step], direction: Direction, *, count: int = 1
 ) -> None:
-    """Refuse a direction that the model or the steps cannot follow, before anything long runs.
+    """Check that the model and the steps can follow a direction, before any long computation.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Constraints of a motion beside its action: a path, keyframes, held joints."""
+"""Constraints of a motion besides its action: a path, keyframes, held joints."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Keyframe:
     to_end : bool
         Whether `time` is counted from the last frame back.
     joints : (J, 3) float or None
-        A pose of the model's skeleton, in its place, meters, y up, the ground at 0.
+        A pose of the model's skeleton at its position in the world, meters, y up, the ground at 0.
     at : (x, z) or None
         Place of the root, meters, if there is no pose.
     heading : float or None

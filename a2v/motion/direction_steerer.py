@@ -1,9 +1,9 @@
 """Steer the windows of a motion (`a2v.motion.steer`) to its constraints
 (`a2v.motion.direction`).
 
-Paths and headings are soft constraints at intervals. Keyframes are exact: the miss of a window is
-added to its constraints, and the window is made again. A held hand is constrained by the bones of
-an arm that reaches it.
+Paths and headings are soft constraints at intervals. Keyframes are exact: the error of a window is
+added to its constraints, and the window is generated again. A held hand is constrained by the bones
+of an arm that reaches it.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ HELD_SIGMA = 0.05
 HELD_SECONDS = 0.25
 """Seconds between the constraints of a held joint."""
 PASSES = 4
-"""Number of times that a window with exact constraints is made."""
+"""Number of times that a window with exact constraints is generated."""
 CALM_FRAMES = 12
-"""Frames between the beginning of a window's own frames and the first exact constraint: there the
-window still blends from the one before."""
+"""Frames between the beginning of a window's own frames and the first exact constraint. There the
+window still blends from the previous one."""
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None if its miss
-    is not fed back."""
+    """A constraint, and a function that reads its value from joints (W, J, 3) in the window's axes;
+    None if its error is not fed back."""
 
     constraint: SoftConstraint
     seen: Callable[[FloatArray], FloatArray] | None = None
@@ -61,11 +61,11 @@ class DirectionSteerer:
     direction : Direction
     reader : CodeReader
     fps : float
-        Of the model.
+        Frame rate of the model.
     frame_of : callable
-        The model's frame, fractional, of a time in seconds of the result.
+        Maps a time of the result, seconds, to a (fractional) frame of the model.
     way : Way or None
-        Along the path, at the model's frames.
+        Positions along the path at the model's frames.
     """
 
     direction: Direction
@@ -84,7 +84,7 @@ class DirectionSteerer:
         self.start = self._start()
 
     def _start(self) -> tuple[FloatArray, float]:
-        """Start of the clip; the height is a guess until it has begun."""
+        """Return the start of the clip. The height is a guess until the clip has begun."""
         tall = float(self.reader.lengths[self._leg()].sum())
         place, yaw = np.array([0.0, tall, 0.0]), self.direction.heading
         if self.way is not None:
@@ -118,8 +118,8 @@ class DirectionSteerer:
         return moved.astype(np.float32)
 
     def until(self, first: int, end: int) -> int:
-        """See `Steerer`: a window ends early where the next one would have to meet a keyframe too
-        soon."""
+        """See `Steerer`. A window ends early if the next one would otherwise have a keyframe too
+        near to its beginning."""
         soon = [frame for frame, _ in self._keys if end <= frame < end + CALM_FRAMES]
         early = int(soon[0]) - CALM_FRAMES if soon else end
         return early if early >= first + CALM_FRAMES else end
@@ -130,8 +130,8 @@ class DirectionSteerer:
         """See `Steerer`."""
         back = yaw_to_rotmat(np.array(-yaw))
         soft = self._soft(first, taken, place, yaw)
-        # the blend from the window before is not in the code: if a window is no longer
-        # than that, its miss is fed back as well
+        # The blend from the previous window is not in the code. If a window is no longer than the
+        # blend, its error is fed back as well.
         again = soft if 0 < taken[0] >= taken[1] - CALM_FRAMES else []
         made: FloatArray | None = None
         missed: dict[int, FloatArray] = {}
@@ -157,7 +157,8 @@ class DirectionSteerer:
     def _soft(
         self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
     ) -> list[_Asked]:
-        """The path and the heading, every `ASK_SECONDS` up to the last frame that is taken."""
+        """Return the constraints of path and heading, every `ASK_SECONDS` up to the last used
+        frame."""
         begin, end = taken
         every = max(1, round(ASK_SECONDS * self.fps))
         asked = np.arange(end - 1, begin + 2 if begin else -1, -every)[::-1].astype(np.float64)
@@ -195,7 +196,7 @@ class DirectionSteerer:
         return constraints
 
     def _towards(self, frame: int, place: FloatArray, first: int) -> tuple[float, float] | None:
-        """Target of the root at `frame` on the straight line to the next place that is given later;
+        """Return the target of the root at `frame` on the straight line to the next given place;
         None without one."""
         for later, key in self._keys:
             goal = key.at if key.joints is None else tuple(key.joints[0, [0, 2]])
@@ -213,7 +214,7 @@ class DirectionSteerer:
         yaw: float,
         made: FloatArray | None,
     ) -> list[_Asked]:
-        """Keyframes and held joints within the window's own frames."""
+        """Return the constraints of keyframes and held joints within the window's own frames."""
         begin, end = taken
         found: list[_Asked] = []
         back = yaw_to_rotmat(np.array(-yaw))
@@ -242,7 +243,7 @@ class DirectionSteerer:
     def _placed(
         self, frames: FloatArray, points: FloatArray, place: FloatArray, yaw: float, sigma: float
     ) -> _Asked:
-        """The root over `points` (F, 2) of the ground."""
+        """Constrain the root to `points` (F, 2) on the ground."""
         rows, offset = self.reader.root(frames)
         level = np.stack(
             [points[:, 0] - place[0], np.zeros(len(points)), points[:, 1] - place[2]], axis=-1
@@ -254,7 +255,7 @@ class DirectionSteerer:
         )
 
     def _faced(self, frames: FloatArray, headings: FloatArray, yaw: float, sigma: float) -> _Asked:
-        """The line of the hips across the `headings` (F,)."""
+        """Constrain the line of the hips to be perpendicular to the `headings` (F,)."""
         skeleton = self.reader.skeleton
         if skeleton.hips is None:
             raise InputError(f"skeleton '{skeleton.name}' does not say which joints are hips")
@@ -273,7 +274,7 @@ class DirectionSteerer:
         )
 
     def _posed(self, frames: FloatArray, joints: FloatArray) -> Sequence[_Asked]:
-        """The root and all bones of one pose (J, 3), in the window's axes."""
+        """Constrain the root and all bones to one pose (J, 3), in the window's axes."""
         parents = self.reader.skeleton.parents[1:]
 
         def bones(poses: FloatArray) -> FloatArray:
@@ -298,13 +299,13 @@ class DirectionSteerer:
     def _held(
         self, hold: Hold, frames: FloatArray, place: FloatArray, yaw: float, made: FloatArray | None
     ) -> _Asked:
-        """A joint in its place; once there is a window, by the directions of a limb that reaches
-        it."""
+        """Constrain a joint to its place. After the first generation the directions of a limb that
+        reaches it are constrained."""
         skeleton, back = self.reader.skeleton, yaw_to_rotmat(np.array(-yaw))
         joint = skeleton.index(hold.joint)
         limb = limb_of(skeleton, joint)
         rows, offset = (part[:, 0] for part in self.reader.joints(frames, [joint]))
-        if not hold.body:  # the root comes near as well
+        if not hold.body:  # the root moves nearer as well
             to, from_ = self.reader.root(frames)
             value = np.broadcast_to((np.array(hold.at) - place) @ back.T, offset.shape)
             return _Asked(

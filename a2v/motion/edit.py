@@ -1,7 +1,7 @@
 """Edit clips for game engines: in place, a seamless cycle, mirrored, faster or slower, root motion.
 
-All work on the path over the ground (`ground_trajectory`): where the root is and which way the
-person faces, with and without the sway that belongs to a step.
+All edits use the path over the ground (`ground_trajectory`): position of the root and heading of
+the person, with and without the sway of a step.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ from a2v.types import FloatArray, IntArray, Motion
 LEAST_LOOP_SECONDS = 0.8
 """Shortest cycle that `make_loop` looks for."""
 FADE_SECONDS = 0.4
-"""Seconds over which its end fades into the frames before its start."""
+"""Seconds over which the end of a cycle fades into the frames before its start."""
 SEAM_SECONDS = 1 / 30
-"""Width in seconds by which the root of a cycle in place is evened: the seam of one that turns was
-a jolt of 1.4 times the largest inside (Crossover walk, seed 0), and is .7 times."""
-#: Least mean speed of a cycle over the upper quartile of the clip's.
+"""Width in seconds over which the root of a cycle in place is smoothed. Without it, the jerk at the
+seam of a cycle that turns was 1.4 times the largest inside (Crossover walk, seed 0); with it,
+0.7 times."""
+# : Smallest mean speed of a cycle, relative to the upper quartile of the clip's.
 LIVELY = 0.7
-#: Weight of accelerations against the moments where a cycle begins and ends.
+# : Weight of accelerations at the start and the end of a cycle.
 JOLT = 0.1
 #: Weight of velocities relative to positions where a cycle is closed, seconds.
 VELOCITY_SECONDS = 0.3
@@ -49,7 +50,7 @@ class Edit:
     speed : float
         Tempo: 2 is twice as fast.
     mirror : bool
-        Left and right exchanged.
+        Swap left and right.
     loop : bool
         Make a seamless cycle of the clip.
     in_place : bool
@@ -83,7 +84,8 @@ def edited(motion: Motion, edit: Edit) -> Motion:
 
 
 def _standing(loop: Motion) -> Motion:
-    """Plant the feet of a cycle: the middle one of three rounds is taken, so that it closes."""
+    """Plant the feet of a cycle: three rounds are planted and the middle one is kept, so that it
+    closes."""
     rounds = repeat_loop(loop, 3)
     joints = plant_feet(
         rounds.joints, skeleton_of_motion(loop), loop.fps, settings=PlantSettings(settled=False)
@@ -149,18 +151,18 @@ def mirror_motion(motion: Motion) -> Motion:
 
 
 def change_speed(motion: Motion, speed: float) -> Motion:
-    """The clip `speed` times as fast, at its own frame rate.
+    """Play a clip `speed` times as fast at its own frame rate.
 
     Raises
     ------
     InputError
-        `speed` is not from .1 to 10.
+        `speed` is not from 0.1 to 10.
     """
     return retimed(motion, fps=motion.fps, speed=speed)
 
 
 def retimed(motion: Motion, *, fps: float, speed: float = 1.0) -> Motion:
-    """The clip or batch at another frame rate and `speed` times as fast.
+    """Resample a clip or batch to another frame rate, `speed` times as fast.
 
     Raises
     ------
@@ -176,22 +178,21 @@ def retimed(motion: Motion, *, fps: float, speed: float = 1.0) -> Motion:
 
 
 def check_speed(speed: float) -> None:
-    """Refuse a tempo out of range.
+    """Check a tempo.
 
     Raises
     ------
     InputError
-        `speed` is not from .1 to 10.
+        `speed` is not from 0.1 to 10.
     """
     if not 0.1 <= speed <= 10:
-        raise InputError(f"speed is {speed:g}; expected .1 to 10 times the recorded one")
+        raise InputError(f"speed is {speed:g}; expected 0.1 to 10 times the recorded one")
 
 
 def make_loop(
     motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS
 ) -> Motion:
-    """Make a seamless cycle of a clip: its frames follow one another, and the first follows the
-    last.
+    """Make a seamless cycle of a clip: after the last frame the first one follows smoothly.
 
     The two moments that are most similar in pose and velocity are found, independent of their place
     on the ground. Towards the second moment, the clip fades into the frames before the first. A
@@ -202,7 +203,7 @@ def make_loop(
     motion : Motion
         One clip, longer than `least_seconds` and the fade.
     in_place : bool
-        Without travel and turning: the cycle closes at its own start, exactly.
+        Remove travel and turning: the cycle closes exactly at its start.
     least_seconds : float
         Shortest cycle.
 
@@ -249,8 +250,8 @@ def make_loop(
 def _closest_moments(
     local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int
 ) -> tuple[int, int]:
-    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity
-    and travel.
+    """Find start and end (exclusive) of the cycle: the two frames that are most similar in pose,
+    velocity and travel.
 
     Moments of low acceleration are better than the middle of a leap. A standing person matches
     itself best, so a cycle must move nearly as much as the moving part of the clip.
@@ -282,8 +283,8 @@ def _closest_moments(
 
 
 def _steps(path: GroundTrajectory) -> FloatArray:
-    """Steps from each frame to the next in its own axes: (T, 3) of sideways, ahead (meters) and
-    turn (radians)."""
+    """Return the steps from each frame to the next in its own axes (T, 3): sideways, ahead (meters)
+    and turn (radians)."""
     moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
     turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])
     cos, sin = np.cos(path.heading), np.sin(path.heading)
@@ -294,7 +295,7 @@ def _steps(path: GroundTrajectory) -> FloatArray:
 
 
 def _walk(steps: FloatArray) -> GroundTrajectory:
-    """The path that starts at the origin, ahead along +z, and takes `steps` (T, 3); the inverse of
+    """Return the path that starts at the origin along +z and takes `steps` (T, 3); the inverse of
     `_steps`."""
     heading = np.concatenate([[0.0], np.cumsum(steps[:-1, 2])])
     cos, sin = np.cos(heading), np.sin(heading)
@@ -307,8 +308,11 @@ def _walk(steps: FloatArray) -> GroundTrajectory:
 
 
 def _closed_walk(steps: FloatArray) -> GroundTrajectory:
-    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends at its start: the
-    sideways steps of a person who sways do not sum to zero."""
+    """Return the path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends at its
+    start.
+
+    The sideways steps of a swaying person do not sum to zero.
+    """
     walked = _walk(np.concatenate([steps, np.zeros((1, 3))]))
     drift = np.linspace(0, 1, len(steps) + 1)[:, None] * walked.position[-1]
     return GroundTrajectory((walked.position - drift)[:-1], walked.heading[:-1])
@@ -325,7 +329,7 @@ def _smoothstep(x: FloatArray) -> FloatArray:
 
 
 def _blend(one: FloatArray, other: FloatArray, weight: FloatArray) -> FloatArray:
-    """Unit quaternions between `one` and `other` (..., 4), the short way."""
+    """Interpolate unit quaternions between `one` and `other` (..., 4) along the shorter arc."""
     other = np.where((one * other).sum(-1, keepdims=True) < 0, -other, other)
     mixed = (1 - weight) * one + weight * other
     unit: FloatArray = mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
@@ -356,7 +360,7 @@ def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
 
 
 def _twins(motion: Motion) -> IntArray:
-    """Index of each joint's twin on the other side; its own on the axis."""
+    """Return the index of each joint's twin on the other side; its own index on the axis."""
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
     named = {index: name for name, index in found.items()}
     whole = [split_side(named.get(index, joint)) for index, joint in enumerate(motion.joint_names)]

@@ -6,15 +6,15 @@ from a2v.kinematics import Skeleton, bone_vectors
 from a2v.kinematics.so3 import Array, namespace
 
 ROOT_WEIGHT = 3.0
-"""Weight of the root's path against the unit bone directions in the basis."""
+"""Weight of the root's path relative to the unit bone directions in the basis."""
 
 
 def window_features(joints: Array, skeleton: Skeleton) -> Array:
-    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the
-    origin, for numpy and torch.
+    """Return features (..., T, 3 J) of native joints (..., T, J, 3) float32, for numpy and torch.
 
-    The first 3 are the weighted root, the others the unit directions of the bones, which leaves
-    bone lengths out; a bone of zero length has the direction zero.
+    The first root must be the origin. The first 3 features are the weighted root, the others the
+    unit directions of the bones, independent of bone lengths. A bone of zero length has the
+    direction zero.
     """
     xp = namespace(joints)
     vectors = bone_vectors(joints, skeleton)[..., 1:, :]

@@ -1,8 +1,8 @@
 """Actions that are named after the path that they walk.
 
-The model learned them from windows of a few seconds. It walks curves, but it does not know where
-the figure as a whole closes. Such an action is therefore sampled along its path, as if the user had
-given that path.
+The model learned them from windows of a few seconds. It walks curves, but it does not close the
+figure as a whole. Such an action is therefore sampled along its path, as if the user had given that
+path.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
 LEAST_RADIUS = 0.55
 """Meters. A tighter circle makes people step sideways."""
 GREATEST_RADIUS = 4.0
-"""Meters. A longer motion repeats the figure instead."""
+"""Meters. A longer motion repeats the figure instead of enlarging it."""
 _POINTS = 96
 _HALVINGS = 12
 
@@ -46,7 +46,8 @@ def figure_eight(radius: float, *, rounds: int = 1) -> GroundPath:
 
 
 def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> GroundPath | None:
-    """The path of an action that is named after one, so long that it is walked in `seconds`.
+    """Return the path of an action that is named after its path, with a length that takes
+    `seconds`.
 
     Parameters
     ----------
@@ -54,9 +55,9 @@ def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> Gro
     seconds : float
         Length of the motion. The path takes this long or, at `LEAST_RADIUS`, longer.
     pace : float
-        Meters a second on a straight line (`way_along` slows down in curves).
+        Meters per second on a straight line (`way_along` slows down in curves).
     fps : float
-        Frames a second of the way.
+        Frame rate of the way.
 
     Returns
     -------
@@ -69,7 +70,7 @@ def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> Gro
     def took(radius: float, rounds: int) -> float:
         return len(way_along(figure_eight(radius, rounds=rounds), pace=pace, fps=fps).points) / fps
 
-    seconds += 2 / fps  # whole frames at another rate: never shorter than requested
+    seconds += 2 / fps  # whole frames at another rate; never shorter than requested
     rounds = 1
     while rounds < 8 and took(GREATEST_RADIUS, rounds) < seconds:
         rounds += 1

@@ -1,4 +1,4 @@
-"""Clips that become longer window by window, each by itself."""
+"""Clips that grow window by window, independently of each other."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from a2v.types import FloatArray, IntArray
 
 @dataclass
 class GrowingClips:
-    """Clips that become longer, each by itself.
+    """Clips that grow independently of each other.
 
     Attributes
     ----------
     joints, rotations : (N, T, J, 3) float32
     ahead : (N, F, J, 3) float32
-        Frames that would have followed those of each clip.
+        Discarded frames after the end of each clip.
     at : (N,) int64
-        Frames that each clip has.
+        Number of frames of each clip.
     """
 
     joints: FloatArray
@@ -60,8 +60,8 @@ class GrowingClips:
         self.at[rows] = at + take
 
     def last(self, rows: IntArray, count: int) -> FloatArray:
-        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated
-        where there are fewer."""
+        """Return the last `count` frames (n, count, J, 3) of the clips `rows`; shorter clips are
+        padded with their first frame."""
         at = np.maximum(self.at[rows][:, None] + np.arange(-count, 0), 0)
         frames: FloatArray = self.joints[rows[:, None], at]
         return frames

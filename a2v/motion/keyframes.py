@@ -40,11 +40,11 @@ def read_keyframes(
 ) -> tuple[list[Keyframe], list[Hold]]:
     """Read the keyframes and held joints of a YAML file, for a result of `fps` frames per second.
 
-    It is a list of ``{time: 2, file: x.bvh, pose: 12}``, a pose of a motion file where it is there,
-    or moved ``at: [x, z]`` and to a ``heading`` in degrees; ``{time: 2, at: [x, z], heading: 90}``,
-    a place or a heading or both; ``{joint: left_wrist, at: [x, y, z], from: 1, to: 2}``, a joint
-    that is held there, or at ``body: [left, up, ahead]`` of the root. ``frame`` may stand for
-    ``time``; files are looked for beside this one.
+    The file is a list. ``{time: 2, file: x.bvh, pose: 12}`` is a pose of a motion file, at its own
+    position, or moved to ``at: [x, z]`` and to a ``heading`` in degrees. ``{time: 2, at: [x, z],
+    heading: 90}`` is a place, a heading, or both. ``{joint: left_wrist, at: [x, y, z], from: 1, to:
+    2}`` is a joint held at a place, or at ``body: [left, up, ahead]`` relative to the root.
+    ``frame`` may replace ``time``. Paths of files are relative to this file.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def read_keyframes(
     content = parse_yaml(data, source, "list of keyframes", expected)
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
         raise InputError(
-            f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected "
+            f"{source} is not a list of keyframes (no list of 1 to {MAX_POSES} entries); expected "
             f"{expected}"
         )
     keys: list[Keyframe] = []
@@ -100,11 +100,10 @@ def read_keyframes(
 
 
 def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
-    """Poses (J, 3) of "FILE", its first, "FILE#12", the one of that number, or "FILE#8-15", on the
-    model's skeleton, and seconds from the first.
+    """Read poses (J, 3) on the model's skeleton, and their times in seconds from the first.
 
-    The ground is the lowest joint of the file's clip; bones are the model's, and the root is as
-    much lower as its legs are shorter.
+    `text` is "FILE" (the first pose), "FILE#12" (one pose) or "FILE#8-15". The lowest joint of the
+    file's clip is the ground. Bones are the model's; the root is lower if its legs are shorter.
 
     Raises
     ------
@@ -120,8 +119,8 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
         raise InputError(
-            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than "
-            f"{MAX_POSES} of them"
+            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is not in this range, or is "
+            f"more than {MAX_POSES} poses"
         )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
@@ -190,9 +189,7 @@ def _kind(entry: object, where: str) -> str:
             f"{', '.join(sorted(known))}"
         )
     if kind == "place" and not {"at", "heading"} & set(entry):
-        raise InputError(
-            f"{where} asks for nothing; expected a file, a place (at), a heading or a joint"
-        )
+        raise InputError(f"{where} is empty; expected a file, a place (at), a heading or a joint")
     return kind
 
 

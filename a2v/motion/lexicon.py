@@ -1,6 +1,6 @@
-"""Words of prompts in a common form: stems, synonyms, spelling, and what kind of word it is.
+"""Words of prompts in a common form: stems, synonyms, corrected spelling, and classes.
 
-``synonyms.csv`` is curated; ``words.txt.gz`` and ``senses.csv`` come out of WordNet 3.0
+``synonyms.csv`` is curated; ``words.txt.gz`` and ``senses.csv`` are made from WordNet 3.0
 (``scripts/make_word_tables.py``).
 """
 
@@ -26,7 +26,7 @@ SENSES = Path(__file__).with_name("senses.csv")
 MAX_WORDS = 60
 """Largest number of words of one part of a prompt that are read."""
 
-#: Words that say nothing about the action.
+# : Words that do not describe an action.
 STOPWORDS = frozenset(
     ["a", "an", "the", "this", "that", "some", "any", "someone", "somebody", "something", "anything", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "i", "me", "my", "you", "your", "we", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "himself", "herself", "itself", "one", "is", "are", "be", "being", "am", "was", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "wants", "need", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "put", "puts", "putting", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little", "there", "here", "first", "finally", "next", "later", "show", "shows", "try", "tries", "but", "possible", "again", "feel", "feels", "feeling", "two", "three", "four", "five", "six", "ten", "twice", "once", "times", "more", "when", "who", "which", "what", "how", "everybody", "nobody", "thing", "stuff", "normally", "normal", "guys", "dude", "lady", "character", "avatar", "video", "motion", "animation", "movement", "action", "scene"]
 )  # fmt: skip
@@ -42,8 +42,8 @@ WEIGHTS = {
     "x": 1.5,
     "": 0.9,
 }
-"""What a word that no action has counts against all of them, by its class (see ``words.txt.gz``);
-"" for what is no word."""
+"""Penalty of a word that no action has, by its class (see ``words.txt.gz``); "" is the class of
+unknown words."""
 PARTICLES = frozenset(
     [
         "up",
@@ -69,12 +69,11 @@ PARTICLES = frozenset(
     ]
 )
 PARTICLE = 0.2
-"""Most that one of `PARTICLES` weighs: actions are said with and without them."""
+"""Largest weight of one of `PARTICLES`: actions are named with and without them."""
 HEAD = 1.4
-"""How much more the first verb of a part counts."""
+"""Factor on the weight of the first verb of a part."""
 PLACED = 0.15
-"""Share of its weight that a thing has which is only where something takes place ("through the
-park")."""
+"""Factor on the weight of a noun that is only the place of the action ("through the park")."""
 PLACES = frozenset(
     [
         "on",
@@ -145,11 +144,11 @@ SUBJECTS = frozenset(
 )
 AUXILIARIES = frozenset(["is", "are", "was", "were", "has", "have", "one"])
 RELATIONS = {"same": 0.95, "kind": 0.8}
-"""How sure a word of ``senses.csv`` means what stands there."""
+"""Confidence that a word means its relative in ``senses.csv``, by the relation."""
 MENDED = 0.9
-"""How sure a word is whose spelling was mended."""
+"""Confidence in a word with corrected spelling."""
 LEAST_MENDED = 4
-"""Letters of the shortest word whose spelling is mended."""
+"""Length of the shortest word whose spelling is corrected, letters."""
 
 _LOCK = threading.Lock()
 _stemmer = snowballstemmer.stemmer("english")
@@ -164,11 +163,11 @@ class Word:
     stem : str
         In common form.
     given : str
-        As it was written.
+        The word as written.
     sure : float
         Confidence that `stem` was meant, in [0, 1].
     against : float
-        Least weight against an action that does not have it.
+        Smallest penalty for an action without this word.
     placed : bool
         Whether it names a place of the action.
     leading : bool
@@ -185,16 +184,16 @@ class Word:
 
 @lru_cache(maxsize=20_000)
 def root(word: str) -> str:
-    """Stem of a word, that of an adverb's adjective: "happily" as "happy"."""
+    """Return the stem of a word; of an adverb, the stem of its adjective: "happily" as "happy"."""
     if len(word) > 4 and word.endswith("ly"):
         word = word[:-3] + "y" if word.endswith("ily") else word[:-2]
-    with _LOCK:  # Snowball's stemmer keeps its word in itself
+    with _LOCK:  # Snowball's stemmer stores its current word in itself
         return str(_stemmer.stemWord(word))
 
 
 def plain_words(text: str) -> list[str]:
-    """The words of a text in small letters; "don't" is "dont", "t-rex" two words. A comparison with
-    a whole sentence ("like nobody is watching") is left out."""
+    """Split a text into lower-case words; "don't" is "dont", "t-rex" is two words. A comparison
+    with a whole sentence ("like nobody is watching") is left out."""
     words = re.findall(r"[a-z0-9]+", text.lower().replace("'", "").replace("’", ""))
     for at in range(1, len(words) - 2):
         if words[at] == "like" and words[at + 1] in SUBJECTS and words[at + 2] in AUXILIARIES:
@@ -208,7 +207,7 @@ def canonical_words(text: str) -> list[str]:
 
 
 def _canonical(words: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
-    """Stems in common form, and which words (begin, end) each is from."""
+    """Return the stems in common form, and the range of words (begin, end) that each is from."""
     roots = [root(word) for word in words]
     phrases, longest = synonyms()
     found: list[tuple[str, tuple[int, int]]] = []
@@ -236,10 +235,11 @@ def _canonical(words: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
 
 
 def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
-    """The words of a part of a prompt as the stems of a `vocabulary`, misspelt ones mended, and
-    what the others count.
+    """Map the words of a part of a prompt to stems of a `vocabulary`, with corrected spelling and
+    weights.
 
-    Where a word is not the vocabulary's, what it is a kind of may be (``senses.csv``).
+    A word that is not in the vocabulary can be replaced by a more general one that is
+    (``senses.csv``).
     """
     given = plain_words(text)[:MAX_WORDS]
     words = [mended(word, vocabulary) for word in given]
@@ -265,8 +265,8 @@ def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
 
 
 def _class_of(words: Sequence[str], at: int, stem: str) -> str:
-    """The class of a word where it stands: what follows an article is no verb, what ends in -ing or
-    begins a prompt is one if it can."""
+    """Return the class of a word at its position. After an article it is no verb; a word in -ing,
+    or one that begins a prompt, is a verb if it can be."""
     kinds = dictionary().get(stem, "")
     if "v" in kinds and kinds != "v":
         before = words[at - 1] if at else ""
@@ -295,7 +295,8 @@ def _class_of(words: Sequence[str], at: int, stem: str) -> str:
 
 
 def _placed(words: Sequence[str], at: int) -> bool:
-    """Whether a preposition of place leads to a word, by articles and adjectives alone."""
+    """Return whether a preposition of place precedes a word, with only articles and adjectives
+    between."""
     for word in reversed(words[max(0, at - 3) : at]):
         if word in PLACES:
             return True
@@ -305,7 +306,7 @@ def _placed(words: Sequence[str], at: int) -> bool:
 
 
 def _leads(words: Sequence[str], at: int) -> bool:
-    """Whether a word is at the beginning, but for articles and adjectives, or comes after
+    """Return whether a word is at the beginning (after articles and adjectives), or follows
     "like"."""
     for word in reversed(words[:at]):
         if word in LIKE:
@@ -323,8 +324,8 @@ def _mended(word: str, known: tuple[str, ...]) -> str:
 
 
 def mended(word: str, vocabulary: Collection[str]) -> str:
-    """A word that is none as the nearest of the vocabulary, one slip away (two in long words);
-    others as they are."""
+    """Return the vocabulary's nearest word for an unknown one, one error away (two in long words);
+    known words unchanged."""
     stem = root(word)
     doubled = word[:-3] + word[-4:] if word.endswith("ing") else ""
     if doubled and "v" not in dictionary().get(stem, "") and root(doubled) in vocabulary:
@@ -356,8 +357,8 @@ def _mendable(vocabulary: tuple[str, ...]) -> tuple[str, ...]:
 
 @cache
 def synonyms() -> tuple[dict[tuple[str, ...], list[str]], int]:
-    """Stems of a phrase to the stems that it means ("=cheer": that very word, no other of its
-    stem); and the longest phrase."""
+    """Map phrases to stems of the same meaning ("=cheer": only that exact word); also return the
+    length of the longest phrase."""
     with SYNONYMS.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     table = {
@@ -376,7 +377,7 @@ def _phrase_words() -> frozenset[str]:
 
 @cache
 def dictionary() -> dict[str, str]:
-    """Stems of English words (two with ``_`` between them) to their classes."""
+    """Map stems of English words (two with ``_`` between them) to their classes."""
     lines = gzip.decompress(WORDS.read_bytes()).decode().splitlines()
     return dict(line.split(" ", 1) for line in lines)
 

@@ -44,8 +44,8 @@ def planted(
 
 
 def hold_limbs(motion: Motion, skeleton: Skeleton, holds: Sequence[Hold]) -> Motion:
-    """Move held hands and feet of a clip to their places, as far as limbs reach; they arrive and
-    leave within `EASE_SECONDS`."""
+    """Move held hands and feet of a clip to their places, as far as the limbs reach; they arrive
+    and leave within `EASE_SECONDS`."""
     joints = motion.joints.astype(np.float64)
     times = np.arange(len(joints)) / motion.fps
     for hold in holds:

@@ -37,7 +37,7 @@ SHORTEST_SECONDS = 0.8
 FADE_SECONDS = (0.35, 1.1)
 """Seconds of a blend between similar poses, and between poses that are `FAR` apart."""
 FAR = 1.2
-"""Largest distance in meters of a joint between two poses, from which the longest blend is used."""
+"""Distance in meters of a joint between two poses from which the longest blend is used."""
 LEAD = 0.6
 """Share of a blend for which a clip waits before it begins, since its first frames are hardly
 visible."""
@@ -67,25 +67,27 @@ def make_sourced(
     count: int = 1,
     edit: Edit = Edit(),
 ) -> Motion:
-    """Clips of steps with sources (`a2v.motion.catalog.understand`): of a model alone
-    `make_motion`, a clip of the library as it is, others joined.
+    """Make clips of steps with sources (`a2v.motion.catalog.understand`).
+
+    Steps of a single model are made by `make_motion`, a single clip of the library is played, and
+    others are joined.
 
     Parameters
     ----------
     steps : sequence of Step
-        With `source`.
+        Each has a `source`.
     frames : int
         Number of frames of the result, shared by steps without a given length in proportion to
         their natural lengths.
     fps : float
     seed, count : int
-        Several clips have seeds that follow each other.
+        The clips have consecutive seeds.
     edit : Edit
 
     Raises
     ------
     InputError
-        No step, a step without a source, or what `make_motion` and `edited` raise.
+        There is no step, a step has no source, or an error of `make_motion` or `edited`.
     """
     if not steps or not all(step.source for step in steps):
         raise InputError("every step needs a source, as a2v.motion.catalog.understand gives it")
@@ -128,8 +130,8 @@ def _one(steps: Sequence[Step], frames: int, fps: float, seed: int, edit: Edit) 
 
 
 def shared_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
-    """Frames of each step: the given length; the others share the rest of `frames` in proportion to
-    their natural lengths."""
+    """Return the number of frames of each step: its given length, or a share of the rest of
+    `frames` in proportion to its natural length."""
     asked = [
         step.frames or (max(1, round(step.seconds * fps)) if step.seconds else 0) for step in steps
     ]
@@ -265,7 +267,7 @@ def _fade(end: FloatArray, begin: FloatArray, skeleton: Skeleton, fps: float) ->
 
 
 def _at_home(pose: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """A pose (J, 3) over the origin, its hips across x."""
+    """Return a pose (J, 3) moved over the origin, with its hips along x."""
     assert skeleton.hips is not None
     across = pose[skeleton.hips[0]] - pose[skeleton.hips[1]]
     yaw = np.arctan2(across[2], across[0])
@@ -284,8 +286,10 @@ def _sided(skeleton: Skeleton) -> Skeleton:
 
 
 def on_clips_skeleton(motion: Motion) -> FloatArray:
-    """Joints (T, J, 3), meters, of a clip of any skeleton on that of the library: with its bones,
-    its standing feet and neck, and relaxed hands."""
+    """Convert a clip of any skeleton to the library's: joints (T, J, 3), meters.
+
+    It has the library's bones, standing feet and neck, and relaxed hands.
+    """
     library = clip_library()
     skeleton, lengths = library.skeleton, library.lengths
     source = source_joints(motion)
@@ -344,7 +348,7 @@ def _standing(joints: FloatArray, skeleton: Skeleton, data: str) -> FloatArray:
 
 
 def _hangs_on(joint: int, on: int, skeleton: Skeleton) -> bool:
-    """Whether a joint comes after another one on its way from the root."""
+    """Return whether a joint is a descendant of another one."""
     at = int(skeleton.parents[joint])
     while at >= 0:
         if at == on:

@@ -93,7 +93,7 @@ class MotionModel:
 
     @functools.cached_property
     def sampler(self) -> StepSampler | WindowSampler:
-        """What runs the file's graph."""
+        """Object that runs the file's graph."""
         if isinstance(self.card, WindowCard):
             return WindowSampler(self.path, self.card)
         assert isinstance(self.card, StepCard)
@@ -101,12 +101,12 @@ class MotionModel:
 
     @property
     def makes_windows(self) -> bool:
-        """Whether noise becomes whole windows (a flow); otherwise one frame follows the other (a
-        VAE)."""
+        """Whether the model makes whole windows from noise (a flow); otherwise clips are made frame
+        by frame (a VAE)."""
         return isinstance(self.card, WindowCard)
 
     def label(self, action: str) -> int:
-        """Index of an action; case, spaces, hyphens and underscores don't matter.
+        """Return the index of an action; case, spaces, hyphens and underscores don't matter.
 
         Raises
         ------
@@ -126,19 +126,19 @@ class MotionModel:
         skip_rest: bool = False,
         steerer: Steerer | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Generate clips of explicit actions and bodies: what `sample`, the applications and the
-        evaluation are made of.
+        """Generate clips with explicit actions and bodies. `sample`, the applications and the
+        evaluation use it.
 
         Parameters
         ----------
         labels : (N, T) int
-            Action of every frame; models of whole windows want the same changes in all clips.
+            Action of every frame. For window models all clips must change their action at the same
+            frames.
         lengths : (N, J) float32
             Bone lengths, native units.
         generator : numpy Generator or Noise
-            Draws the noise, or gives it: called with a shape and the frame that it is for as often
-            as the model needs noise (once for a step model, once a window for a window model), so
-            that applications can choose it.
+            Generator of the noise, or a function that returns it for a shape and a first frame. It
+            is called once for a step model, and once per window for a window model.
         start : (N, P, J, 3) float or None
             First frames of the clips, meters, y up: they are kept unchanged, and the generated
             frames continue them.
@@ -146,12 +146,12 @@ class MotionModel:
         fresh, skip_rest : bool
             See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
         steerer : Steerer or None
-            What steers the windows of one clip, and where it begins (`a2v.motion.direct`).
+            Steers the windows of one clip, and sets its start (`a2v.motion.direct`).
 
         Returns
         -------
         joints : (N, T, J, 3) float32
-            Meters, y up, the first root near the origin, or where `start` has it.
+            Meters, y up, the first root near the origin, or at that of `start`.
         rotations : (N, T, J, 3) float32
             Rotation vectors of the chain convention, radians.
 
@@ -182,11 +182,12 @@ class MotionModel:
         active: FloatArray | None = None,
         headings: FloatArray | None = None,
     ) -> FloatArray:
-        """Joints (N, T, J, 3) float32, meters, that are distributed as the data's windows, ended
-        clips that hold their last pose included.
+        """Generate joints (N, T, J, 3) float32, meters, with the distribution of the data's
+        windows.
 
-        A step model learned such endings; a window model is told how long each clip moves, drawn
-        from the data's distribution for its action.
+        This includes clips that end and hold their last pose. A step model learned such endings. A
+        window model gets the moving time of each clip as input, drawn from the data's distribution
+        for its action.
 
         Parameters
         ----------
@@ -197,24 +198,24 @@ class MotionModel:
             At most one window.
         generator : numpy Generator
         active, headings : (N,) float or None
-            For models of whole windows: how much of a window each clip moves, and which way it
-            faces at first (radians about +y from +z) where headings were not learned; drawn apart
-            for each action's clips without.
+            For window models: the fraction of a window in which each clip moves, and its first
+            heading (radians about +y from +z) if headings were not learned. Default: drawn for each
+            action.
 
         Raises
         ------
         InputError
-            `frames` are more than a window.
+            `frames` is larger than a window.
         """
         return self.sampler.generate_like_data(
             WindowRequest(labels, lengths, frames, active, headings), generator
         )
 
     def to_native(self, joints: FloatArray) -> FloatArray:
-        """World joints (..., T, J, 3), meters, in the data set's own frame and unit, first root at
-        the origin.
+        """Convert world joints (..., T, J, 3), meters, to the data set's own frame and unit, first
+        root at the origin.
 
-        This is what the papers' classifiers expect.
+        The papers' classifiers expect this form.
         """
         return to_native(
             joints, meters_per_unit=self.card.meters_per_unit, signs=self.card.native_signs
@@ -229,11 +230,11 @@ class MotionModel:
         seed: int = 0,
         lengths: FloatArray | None = None,
     ) -> FloatArray:
-        """Clips of one action as the papers' classifiers expect them: (N, T, J, 3) float32, native
-        frame and unit, first root at the origin.
+        """Sample clips of one action in the form that the papers' classifiers expect: (N, T, J, 3)
+        float32, native frame and unit, first root at the origin.
 
-        Up to one window they move as long as the data's own clips do and then hold their last pose,
-        as in the evaluation, because the classifiers know clips that way; longer ones are those of
+        Clips of up to one window move for as long as the data's clips and then hold their last
+        pose, as in the evaluation and in the classifiers' training. Longer ones are those of
         `sample`.
 
         Parameters
@@ -241,7 +242,7 @@ class MotionModel:
         action : str
         frames, count, seed : int
         lengths : (J,) float or None
-            Bone lengths, native units; the model's own without.
+            Bone lengths, native units; default: the model's.
 
         Raises
         ------
@@ -264,7 +265,7 @@ class MotionModel:
         )
 
     def scaled_bones(self, bone_scale: float | Mapping[str, float] = 1.0) -> FloatArray:
-        """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or
+        """Scale the default bone lengths: (J,) float32, native units, by one factor, or by joint or
         part of the body.
 
         Raises
@@ -291,9 +292,9 @@ class MotionModel:
         action : str or sequence of str
             One action, or several that follow each other in equal parts (a transition).
         frames : int
-            Frames a clip, at `fps`.
+            Frames per clip, at `fps`.
         count : int
-            Clips; with 1 the result has no leading dimension.
+            Number of clips; with 1 the result has no leading dimension.
         seed : int
             Seed of the noise.
         bone_scale : float or mapping
@@ -330,7 +331,7 @@ class MotionModel:
         return motion if count > 1 else motion[0]
 
     def check_request(self, action: str | Sequence[str], *, frames: int, count: int) -> list[str]:
-        """The actions' names as a list, with every name and number checked.
+        """Check the names and numbers of a request; returns the actions as a list.
 
         Raises
         ------
@@ -347,7 +348,7 @@ class MotionModel:
         return [self.actions[self.label(name)] for name in names]
 
     def frame_labels(self, names: Sequence[str], frames: int) -> IntArray:
-        """Label of every frame (T,) when `names` follow each other in equal parts."""
+        """Return the label of every frame (T,) if `names` follow each other in equal parts."""
         labels: IntArray = np.repeat(
             [self.label(name) for name in names], -(-frames // len(names))
         )[:frames]
@@ -364,21 +365,21 @@ class MotionModel:
         place: bool = True,
         **provenance: Any,
     ) -> Motion:
-        """What `generate` made, as a batch of clips that stand on the ground.
+        """Convert the result of `generate` to a batch of clips that stand on the ground.
 
         Parameters
         ----------
         joints, rotations : (N, T, J, 3) float32
         lengths : (J,) or (N, J) float32
-            Bone lengths that they were made with, native units: longer legs take longer steps, so
-            the root's path is scaled by how much longer the legs are than the model's own.
+            Bone lengths of the clips, native units. Longer legs take longer steps, so the root's
+            path is scaled by the ratio of the legs' length to the model's.
         names : sequence of str
         seed : int
         place : bool
             Level the floor, scale the path, and start above the origin with the lowest joint on the
             ground; otherwise the joints are kept where they are.
         **provenance
-            What else made the clips; must be JSON.
+            Further facts on the clips; must be JSON.
         """
         if place:
             step = leg_length(lengths, self.skeleton) / leg_length(self.bone_lengths, self.skeleton)

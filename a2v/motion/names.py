@@ -23,7 +23,8 @@ BUNDLED: Mapping[str, str] = {
 
 
 def find_action(action: str, actions: Sequence[str], model: str) -> int:
-    """Index of an action among `actions`; case, spaces, hyphens and underscores don't matter.
+    """Return the index of an action among `actions`; case, spaces, hyphens and underscores don't
+    matter.
 
     Raises
     ------
@@ -44,6 +45,5 @@ def find_action(action: str, actions: Sequence[str], model: str) -> int:
 
 
 def plain_name(name: str) -> str:
-    """An action's name without case, spaces, hyphens and underscores: what two ways to write it
-    share."""
+    """Return an action's name without case, spaces, hyphens and underscores, for comparisons."""
     return "".join(character for character in name.lower() if character.isalnum())

@@ -1,5 +1,5 @@
-"""Retarget edited motions: contacts are found in the travelling motion, edits in place come
-after."""
+"""Retarget edited motions: contacts are found in the travelling motion, and edits in place are
+applied afterwards."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLAIN = RetargetSettings()
 def retarget_edited(
     motion: Motion, body: Body, edit: Edit, *, settings: RetargetSettings = _PLAIN
 ) -> FloatArray:
-    """Retarget a motion that is mirrored, in its tempo and a cycle already, but still travels.
+    """Retarget a motion after all edits except the removal of travel.
 
     In a motion in place the feet slide. Contacts are therefore found and cleaned in the travelling
     motion, and the travel is removed after that. A cycle is retargeted as the middle one of three

@@ -1,9 +1,9 @@
-"""A web page of one file in which a motion model makes its clips: no server, no network, no Python.
+"""A web page in one file that runs a motion model: no server, no network, no Python.
 
-The scripts are in ``browser`` beside this file: `sample.js` does what ``export/sample.py`` does,
-`random.js` draws numpy's numbers, so that a seed means the same as here. They run on
-onnxruntime-web, which comes from npm, once, by the command that ``a2v doctor`` prints; it is put
-into the page when the page is made.
+The scripts are in ``browser`` beside this file: `sample.js` is the same algorithm as
+``export/sample.py``, and `random.js` draws numpy's random numbers, so that a seed gives the same
+clip. They use onnxruntime-web, which is installed once from npm by the command that ``a2v doctor``
+prints. It is copied into the page.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ PACKAGES = NpmPackages("page", ("onnxruntime-web@1.30.0",))
 WebAssembly with SIMD, and runs it on one thread."""
 
 RUNTIME = ("ort.wasm.min.js", "ort-wasm-simd-threaded.mjs", "ort-wasm-simd-threaded.wasm")
-"""The files of that build: the interface, what loads the engine, the engine."""
+"""The files of that build: the interface, the loader of the engine, the engine."""
 
 MAX_SECONDS = 30.0
 _KEPT = (
@@ -70,7 +70,8 @@ def write_motion_page(
     seconds: float = 5.0,
     title: str = "a2v",
 ) -> None:
-    """Write an HTML page that samples `model`, with action, seed, length and guidance to choose.
+    """Write an HTML page that samples `model`. Action, seed, length and guidance can be chosen
+    there.
 
     Clips equal those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a
     tenth of a millimeter.
@@ -95,7 +96,7 @@ def write_motion_page(
         An unknown action, a number out of range, a character without a person's bones, or a page
         that would be too large.
     MissingDependencyError
-        onnxruntime-web is not installed; the message says how.
+        onnxruntime-web is not installed. The message has the command.
     """
     if not 1 <= seconds <= MAX_SECONDS:
         raise InputError(
@@ -134,8 +135,8 @@ def write_motion_page(
 
 
 def _pieces(parts: dict[str, bytes]) -> list[bytes]:
-    """The page, piece by piece: ``browser/index.html`` with `parts` and our own scripts in their
-    places."""
+    """Return the parts of the page: ``browser/index.html`` with `parts` and our own scripts
+    inserted."""
     own = {
         name: _part(f"{name}.js").encode()
         for name in ("random", "sample", "plant", "figure", "save", "main")
@@ -146,8 +147,8 @@ def _pieces(parts: dict[str, bytes]) -> list[bytes]:
 
 
 def page_graph(path: Path) -> tuple[bytes, bool]:
-    """A model's graph for the page: joints are the only output, and guidance is an input if the
-    model is guided.
+    """Return a model's graph for the page: joints are the only output, and guidance is an input if
+    the model is guided.
 
     Returns
     -------
@@ -184,7 +185,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
         and node.input[0] in makers
         and makers[node.input[0]].op_type == "Sub"
     ]
-    for node in found:  # free + guidance * (pushed - free), as FlowNetwork.integrate has it
+    for node in found:  # free + guidance * (pushed - free), as in FlowNetwork.integrate
         node.input[1] = "guidance"
     if found:
         graph.input.append(helper.make_tensor_value_info("guidance", TensorProto.FLOAT, (1,)))
@@ -246,8 +247,8 @@ def _sticks(model: MotionModel) -> dict[str, Any]:
 
 
 def _character(model: MotionModel, path: str | os.PathLike[str]) -> tuple[dict[str, Any], bytes]:
-    """Tables of joints with which the page plays a motion on a character's bones, and the
-    character's bytes."""
+    """Return the tables of joints by which the page moves a character's bones, and the character's
+    bytes."""
     glb = read_glb(path)
     skins = glb.items("skins")
     if not skins:

@@ -14,8 +14,8 @@ from a2v.types import FloatArray
 
 
 def ground_offset(joints: FloatArray) -> FloatArray:
-    """What to subtract from joints (N, T, J, 3) to start above the origin with the lowest joint at
-    y = 0: (N, 1, 1, 3)."""
+    """Return the offset (N, 1, 1, 3) to subtract from joints (N, T, J, 3) so that they start above
+    the origin with the lowest joint at y = 0."""
     offset = np.zeros((len(joints), 1, 1, 3), dtype=np.float32)
     offset[:, 0, 0] = joints[:, 0, 0]
     offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
@@ -23,12 +23,12 @@ def ground_offset(joints: FloatArray) -> FloatArray:
 
 
 def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> FloatArray:
-    """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
+    """Keep the floor of long clips (N, T, J, 3) at its height in their first `window` frames.
 
     Models learn the root's path from short clips, so that a small slope in every window adds up:
     600 frames of Run rose by 1.3 m. The lowest joint over `piece` frames (half a window by default)
-    is taken for the floor's height; what it moves away is taken off, linearly between pieces. Clips
-    of at most `window` frames are returned unchanged.
+    is the floor's height. Its changes are subtracted, linearly between pieces. Clips of at most
+    `window` frames are returned unchanged.
     """
     frames, half = joints.shape[1], piece or window // 2
     if frames <= window or half < 1:
@@ -40,9 +40,8 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
     lowest = joints[..., 1].min(axis=-1).astype(np.float64)
     floor = lowest[:, :window].min(axis=1)
     lift = np.zeros_like(lowest)
-    for _ in range(
-        3
-    ):  # the lowest joint is seen where a slope begins, so that a third of it stays after one pass
+    # The lowest joint is at the start of a slope, so that a third of it remains after one pass.
+    for _ in range(3):
         level = np.stack(
             [
                 (lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1)
@@ -58,8 +57,8 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
 
 
 def body_parts(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
-    """Joints whose bones make up "arms", "legs", "head", "torso" (the others) and "all"; without
-    those that have none."""
+    """Return the joints of the bones of "arms", "legs", "head", "torso" (all others) and "all";
+    parts without bones are left out."""
     found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     ends = {"arms": ("elbow", "wrist", "hand", "thumb"), "legs": ("knee", "ankle", "foot", "toes")}
     parts = {
@@ -79,7 +78,8 @@ def body_parts(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
 
 
 def leg_length(lengths: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Sum of the legs' bone lengths (..., J), or of all bones where no legs are known: (...)."""
+    """Return the sum (...) of the legs' bone lengths (..., J), or of all bones if no legs are
+    known."""
     parts = body_parts(skeleton)
     total: FloatArray = np.asarray(lengths)[..., list(parts.get("legs", parts["all"]))].sum(axis=-1)
     return total
@@ -88,7 +88,7 @@ def leg_length(lengths: FloatArray, skeleton: Skeleton) -> FloatArray:
 def scale_bones(
     lengths: FloatArray, skeleton: Skeleton, factors: float | Mapping[str, float]
 ) -> FloatArray:
-    """Bone lengths (J,) float32 times a factor for all, or by joint or part of the body.
+    """Scale bone lengths (J,) float32 by one factor, or by joint or part of the body.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def scale_bones(
         In any unit.
     skeleton : Skeleton
     factors : float, or mapping of names to floats
-        Names are joints (the bone that ends there), "arms", "legs", "torso", "head" or "all"; later
-        ones multiply earlier ones.
+        Names are joints (of the bone that ends there), "arms", "legs", "torso", "head" or "all".
+        Factors of several names multiply.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def scale_bones(
 
 
 def scale_path(joints: FloatArray, step: FloatArray) -> FloatArray:
-    """Joints (N, T, J, 3) whose root's path is `step` () or (N,) times as long: longer legs take
+    """Scale the path of the root of joints (N, T, J, 3) by `step` () or (N,): longer legs take
     longer steps."""
     root = joints[:, :, :1]
     scaled: FloatArray = joints + (np.asarray(step, np.float32).reshape(-1, 1, 1, 1) - 1) * (
@@ -133,8 +133,8 @@ def scale_path(joints: FloatArray, step: FloatArray) -> FloatArray:
 
 
 def place_on_ground(joints: FloatArray, window: int) -> FloatArray:
-    """Joints (N, T, J, 3) with a level floor (`level_floor`), above the origin at first, the lowest
-    joint at y = 0."""
+    """Place joints (N, T, J, 3) on the ground: level floor (`level_floor`), first frame above the
+    origin, lowest joint at y = 0."""
     joints = level_floor(joints, window)
     return joints - ground_offset(joints)
 
@@ -142,8 +142,11 @@ def place_on_ground(joints: FloatArray, window: int) -> FloatArray:
 def to_native(
     joints: FloatArray, *, meters_per_unit: float, signs: tuple[float, float, float]
 ) -> FloatArray:
-    """World joints (..., T, J, 3), meters, in a data set's own frame and unit
-    (`a2v.lab.datasets.NativeFrame`), first root at the origin."""
+    """Convert world joints (..., T, J, 3), meters, to a data set's own frame and unit
+    (`a2v.lab.datasets.NativeFrame`).
+
+    The first root is at the origin.
+    """
     moved = joints - joints[..., :1, :1, :]
     native: FloatArray = moved / np.float32(meters_per_unit) * np.asarray(signs, np.float32)
     return native

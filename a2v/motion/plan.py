@@ -1,6 +1,6 @@
 """Turn words or a timeline into typed steps and their sources: `plan_motion`.
 
-The command line, tables, the page and Python all use it; nothing else chooses the model or clip of
+The command line, tables, the page and Python all use it. No other code chooses the model or clip of
 an action.
 """
 
@@ -146,8 +146,9 @@ def make_steps(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Steps of one model by `make_motion`; those with sources by `make_sourced`, which takes
-    neither bone lengths nor a direction.
+    """Make steps of one model by `make_motion`, and steps with sources by `make_sourced`.
+
+    `make_sourced` takes neither bone lengths nor a direction.
 
     Raises
     ------
@@ -158,9 +159,9 @@ def make_steps(
         return make_motion(model, steps, take, edit=edit, direction=direction)
     if direction is not None or take.lengths is not None:
         raise InputError(
-            f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has "
-            "its own bones and goes its own way; "
-            "leave bone lengths, paths, poses and holds out"
+            f"{', '.join(step.action for step in steps)}: a motion with hand-keyed "
+            "clips has fixed bones and a fixed path; "
+            "leave out bone lengths, paths, poses and holds"
         )
     return make_sourced(
         steps, frames=take.frames, fps=take.fps, seed=take.seed, count=take.count, edit=edit
@@ -182,14 +183,13 @@ def plan_motion(
     action : str
         Names or words, "sneak, then wave, then salsa for 2 s".
     model : str
-        "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load`
-        takes it.
+        "auto" for all sources, "clips" for only the library, or a model as for `MotionModel.load`.
     license : "any" or "free"
         "free" leaves out sources for research only.
     timeline : path or None
         A YAML file instead of `action` (`read_timeline`).
     directed : bool
-        Whether there will be a direction: then "auto" is the model that can be directed.
+        Whether a direction will be given: then "auto" is the model that can be directed.
 
     Raises
     ------

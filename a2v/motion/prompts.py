@@ -1,8 +1,8 @@
 """Prompts: free text to a timeline of actions, without a network.
 
-A prompt is split where one thing follows another ("then", commas, "and" between two actions); each
-part gives up its duration and what it does not want ("not", "no", "without"), and the rest is
-matched with the actions (`a2v.motion.vocabulary`).
+A prompt is split at "then", commas, and "and" between two actions. The duration and exclusions
+("not", "no", "without") of each part are extracted, and the rest is matched with the actions
+(`a2v.motion.vocabulary`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NUMBERS = {
     "twenty": 20,
     "thirty": 30,
 }
-#: Longest step that a prompt may ask for, seconds.
+# : Longest step in a prompt, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
 """Largest number of letters of a prompt; longer prompts are refused before they are read."""
@@ -90,18 +90,18 @@ class Step:
     Attributes
     ----------
     action : str
-        As the model names it.
+        The model's name of the action.
     seconds : float or None
-        How long; None for a share of what the whole has.
+        Length; None for an equal share of the total.
     frames : int or None
         The same in frames of the result; at most one of the two is given.
     seed : int or None
-        Seed of this part's noise; None for the whole's.
+        Seed of this part's noise; None for that of the whole clip.
     speed : float
         1 as recorded, 2 twice as fast.
     source : str
-        What makes it: a name of `a2v.motion.catalog`; "" for the model that is named beside the
-        steps.
+        Source of the action: a name of `a2v.motion.catalog`; "" for the model that is given with
+        the steps.
     """
 
     action: str
@@ -125,7 +125,7 @@ class Step:
         if self.frames is not None and self.frames < 1:
             raise InputError(f"'{self.action}' lasts {self.frames} frames; expected at least 1")
         if not 0.25 <= self.speed <= 4:
-            raise InputError(f"'{self.action}' has speed {self.speed:g}; expected .25 to 4")
+            raise InputError(f"'{self.action}' has speed {self.speed:g}; expected 0.25 to 4")
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
                 and match.text != matches[-1].text
             )
             if again and piece.seconds is None and piece.frames is None:
-                continue  # "so tired, out of breath" is one thing
+                continue  # "so tired, out of breath" is a single description
             steps.append(
                 Step(
                     action=match.action,
@@ -174,8 +174,8 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
 
 
 def _parts(text: str) -> list[_Part]:
-    """The parts of a prompt; one that only excludes words belongs to the one before it, or
-    to the next."""
+    """Split a prompt into parts. A part with only exclusions is joined to the previous part, or to
+    the next."""
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
         raise InputError(
@@ -203,8 +203,7 @@ def _parts(text: str) -> list[_Part]:
             waiting = frozenset()
     if not parts:
         raise InputError(
-            f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists "
-            "what there is)"
+            f"'{shorten(text, 80)}' only excludes actions; name one to do (a2v actions lists them)"
         )
     return parts
 
@@ -246,8 +245,8 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
 
 
 def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Length in seconds or frames that a text gives with a number and a unit, and the text without
-    it."""
+    """Extract a length in seconds or frames, given by a number and a unit; returns it and the rest
+    of the text."""
     found = _DURATION.search(text)
     if found is None:
         return None, None, text

@@ -1,5 +1,5 @@
-"""The interface of samplers: the request for clips, the noise, and the contract that both kinds
-keep."""
+"""The interface of samplers: requests for clips, the noise, and the contract of both kinds of
+samplers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from a2v.motion.steer import Steerer
 from a2v.types import FloatArray, IntArray
 
 Noise = Callable[[tuple[int, ...], int], FloatArray]
-"""Gives standard normal numbers (float32) of a shape, for the part of the clips that begins with a
+"""Returns standard normal numbers (float32) of a shape, for the part of the clips that begins at a
 frame."""
 
 RESULTS = ("joints", "rotations")
@@ -35,14 +35,14 @@ class ClipRequest:
         Bone lengths, native units.
     noise : Noise
     start : (N, P, J, 3) float32 or None
-        Frames that are given, meters; they are the first of the T.
+        Given frames, meters; they are the first of the T.
     fresh : bool
-        Where the action changes, a window model begins the next one by itself and fades into it,
-        instead of continuing the last frames.
+        At a change of the action, a window model starts the next action independently and fades
+        into it, instead of continuing the last frames.
     skip_rest : bool
-        A window model leaves out the time that people stand still before they begin.
+        A window model leaves out the time in which the person stands still at the beginning.
     steerer : Steerer or None
-        What steers the windows; one clip.
+        Steers the windows; only for one clip.
     """
 
     labels: IntArray
@@ -56,7 +56,7 @@ class ClipRequest:
 
 @dataclass(frozen=True, eq=False)
 class WindowRequest:
-    """Clips that are distributed as the data's windows.
+    """A request for clips with the distribution of the data's windows.
 
     Attributes
     ----------
@@ -66,10 +66,9 @@ class WindowRequest:
     frames : int
         At most one window.
     active : (N,) float or None
-        Share of the window that each clip moves; None draws it from the data's shares of its
-        action.
+        Fraction of the window in which each clip moves; None draws it from the data of its action.
     headings : (N,) float or None
-        First heading of each clip, radians about +y from +z, where headings were not learned; None
+        First heading of each clip, radians about +y from +z, if headings were not learned; None
         draws it in the same way.
     """
 
@@ -90,19 +89,19 @@ class Sampler(Protocol):
         ...
 
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
-        """Joints and rotations; see `MotionModel.generate`.
+        """Generate joints and rotations; see `MotionModel.generate`.
 
         Raises
         ------
         InputError
-            The graph gives other shapes, or the model cannot be directed and there is a steerer.
+            The graph gives other shapes, or a steerer is given for a model that cannot be directed.
         """
         ...
 
     def generate_like_data(
         self, request: WindowRequest, generator: np.random.Generator
     ) -> FloatArray:
-        """Joints; see `MotionModel.generate_like_data`.
+        """Generate joints; see `MotionModel.generate_like_data`.
 
         Raises
         ------
@@ -115,7 +114,7 @@ class Sampler(Protocol):
 def checked_results(
     path: Path, made: Sequence[np.ndarray], shape: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Joints and rotations, if both have a shape."""
+    """Return joints and rotations after a check of their shape."""
     joints, rotations = made
     if joints.shape != shape or rotations.shape != shape:
         raise InputError(
@@ -126,7 +125,7 @@ def checked_results(
 
 
 def normal_noise(generator: np.random.Generator) -> Noise:
-    """The noise that a generator draws, call after call."""
+    """Return a `Noise` that draws from a generator, call after call."""
 
     def draw(shape: tuple[int, ...], at: int) -> FloatArray:
         return generator.standard_normal(shape, dtype=np.float32)
@@ -137,7 +136,7 @@ def normal_noise(generator: np.random.Generator) -> Noise:
 def join_start(
     start: FloatArray, joints: FloatArray, rotations: FloatArray, skeleton: Skeleton
 ) -> tuple[FloatArray, FloatArray]:
-    """Given frames (N, P, J, 3) followed by generated ones: joints and rotations (N, P + T, J, 3)
+    """Prepend given frames (N, P, J, 3) to generated ones: joints and rotations (N, P + T, J, 3)
     float32."""
     before = inverse_kinematics(np.asarray(start, dtype=np.float32), skeleton)
     return np.concatenate([start, joints], axis=1).astype(np.float32), np.concatenate(

@@ -1,5 +1,5 @@
-"""Bring generated clips to the ground: which actions go up, how long the person may be in the air,
-how feet are planted."""
+"""Bring generated clips to the ground: rising actions, longest times in the air, settings for
+planting feet."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ RISING = ("Climb", "Step")
 """The papers' actions, and families of finer ones, that go up."""
 
 FLYING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive")
-"""Parts of the names of actions, or of their families, in which people jump."""
+"""Parts of the names of actions, or of their families, with jumps."""
 RUNNING = ("run", "jog")
-"""The same for actions in which people run."""
+"""Parts of the names of actions with running."""
 
 AIR_SECONDS = 0.7
-"""Longest time in seconds that no joint is near the ground, in a jump."""
+"""Longest time without a joint near the ground in a jump, seconds."""
 STEP_SECONDS = 0.4
-"""The same between two steps of a run."""
+"""Longest such time between two steps of a run, seconds."""
 TOE_SECONDS = 0.3
-"""The same if a foot is always on the ground. Shorter than a step, the correction would shake the
-body with every step."""
+"""Longest such time if a foot is always on the ground, seconds. With less than a step, the
+correction would shake the body at every step."""
 
 MOST_APART = 0.03
 """Largest height difference in meters of the floors of two feet on one ground."""
 
 
 def rises(card: ModelCard, action: str) -> bool:
-    """Whether an action of a model may end higher than it began: climbing and stepping up."""
+    """Return whether an action of a model may end higher than it began: climbing and stepping
+    up."""
     return action in RISING or any(f"coarse:{name}" in _traits(card, action) for name in RISING)
 
 

@@ -1,4 +1,4 @@
-"""Smooth the clips of actions that the model makes jerkier than their recordings are."""
+"""Smooth the clips of actions for which the model's clips are jerkier than the recordings."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def smooth_actions(motion: Motion, actions: Sequence[str]) -> Motion:
 
 
 def _even_bones(joints: FloatArray, parents: IntArray, width: float) -> FloatArray:
-    """Joints (..., T, J, 3) with a smooth root and smooth bone directions; `width` in frames."""
+    """Return joints (..., T, J, 3) with a smooth root and smooth bone directions; `width` is in
+    frames."""
     bones, lengths = _bones(joints, parents)
     flat = evened(bones.reshape(*bones.shape[:-2], -1), width)
     return _joints(flat.reshape(bones.shape), lengths, parents)
@@ -67,8 +68,8 @@ def _even_bones(joints: FloatArray, parents: IntArray, width: float) -> FloatArr
 def _mixed_bones(
     one: FloatArray, other: FloatArray, parents: IntArray, weight: FloatArray
 ) -> FloatArray:
-    """Joints (..., T, J, 3) between two clips of the same bone lengths, at `weight` (T,) of the
-    second."""
+    """Interpolate joints (..., T, J, 3) between two clips of the same bone lengths, at weight
+    `weight` (T,) of the second."""
     first, lengths = _bones(one, parents)
     second, _ = _bones(other, parents)
     share = weight[:, None, None]
@@ -76,7 +77,8 @@ def _mixed_bones(
 
 
 def _bones(joints: FloatArray, parents: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Vector of each joint from its parent (the root's from the origin) and its length (..., 1)."""
+    """Return the vector of each joint from its parent (the root's from the origin) and its length
+    (..., 1)."""
     places = np.asarray(joints, np.float64)
     vectors = places - places[..., np.maximum(parents, 0), :]
     vectors[..., 0, :] = places[..., 0, :]
@@ -84,7 +86,7 @@ def _bones(joints: FloatArray, parents: IntArray) -> tuple[FloatArray, FloatArra
 
 
 def _joints(vectors: FloatArray, lengths: FloatArray, parents: IntArray) -> FloatArray:
-    """Joints of bones that point along `vectors` and are `lengths` long; the root is its vector."""
+    """Return the joints of bones along `vectors` with `lengths`; the root is its vector."""
     made = np.array(vectors)
     for joint, parent in enumerate(parents.tolist()):
         if parent >= 0:

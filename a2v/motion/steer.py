@@ -1,9 +1,9 @@
 """Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
 All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are
-not normalized again: C x = b. On its way the flow heads for a code; the gain of a Kalman filter
-corrects the code by its miss of the constraints (`a2v.lab.motion.flow`), and the flow adapts the
-rest. The change by normalization is measured in the result and added to the goal.
+not normalized again: C x = b. At each step the flow predicts a final code. The gain of a Kalman
+filter corrects this code by its error in the constraints (`a2v.lab.motion.flow`), and the flow
+adapts the rest. The error from the normalization is measured in the result and added to the target.
 """
 
 from __future__ import annotations
@@ -43,10 +43,11 @@ class CodeReader:
     frames: int
 
     def root(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3),
-        meters, in the window's own axes.
+        """Return the linear map to the root's positions at `frames` (F,) relative to the first
+        frame.
 
-        `frames` may lie between two, here and below.
+        It consists of rows (F, 3, D) and offsets (F, 3), meters, in the window's own axes. `frames`
+        may be fractional, here and below.
         """
         scale = self.meters_per_unit / ROOT_WEIGHT
         rows, offset = self._features(frames)
@@ -54,20 +55,21 @@ class CodeReader:
         return (rows[:, :3] - first[:, :3]) * scale, (offset[:, :3] - at_first[:, :3]) * scale
 
     def directions(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Directions of all bones at `frames`: rows (F, J - 1, 3, D) and offsets (F, J - 1, 3)."""
+        """Return the linear map to the directions of all bones at `frames`: rows (F, J - 1, 3, D)
+        and offsets (F, J - 1, 3)."""
         rows, offset = self._features(frames)
         bones = (len(rows), self.skeleton.n_joints - 1, 3)
         return rows[:, 3:].reshape(*bones, -1), offset[:, 3:].reshape(bones)
 
     def joints(self, frames: FloatArray, joints: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Places of `joints` (K,) against the root at the same `frames`: rows (F, K, 3, D) and
-        offsets (F, K, 3), meters."""
+        """Return the linear map to positions of `joints` (K,) relative to the root at the same
+        `frames`: rows (F, K, 3, D) and offsets (F, K, 3), meters."""
         levers = self.skeleton.path_matrix[list(joints), 1:] * self.lengths[1:]
         rows, offsets = self.directions(frames)
         return np.einsum("kb,fbxd->fkxd", levers, rows), np.einsum("kb,fbx->fkx", levers, offsets)
 
     def _features(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rows (F, 3 J, D) and offsets (F, 3 J) of the features at `frames`."""
+        """Return rows (F, 3 J, D) and offsets (F, 3 J) of the features at `frames`."""
         size = 3 * self.skeleton.n_joints
         basis, mean = (
             self.basis.reshape(len(self.basis), self.frames, size),
@@ -78,7 +80,7 @@ class CodeReader:
 
 
 def between_frames(values: FloatArray, frames: FloatArray, *, axis: int = 0) -> FloatArray:
-    """Values at `frames` (F,) along `axis`, linear between two."""
+    """Interpolate values linearly at `frames` (F,) along `axis`."""
     first = np.clip(np.floor(frames).astype(int), 0, max(values.shape[axis] - 2, 0))
     share = (frames - first).reshape(-1, *[1] * (values.ndim - axis - 1))
     after = np.minimum(first + 1, values.shape[axis] - 1)
@@ -96,7 +98,7 @@ class SoftConstraint:
     ----------
     rows : (K, D)
     offset, value, sigma : (K,)
-        `sigma` in units of `value`: the smaller, the harder.
+        `sigma` is the tolerance in units of `value`: smaller values are harder constraints.
     """
 
     rows: FloatArray
@@ -108,7 +110,7 @@ class SoftConstraint:
     def of(
         cls, rows: FloatArray, offset: FloatArray, value: FloatArray, sigma: float
     ) -> SoftConstraint:
-        """Constraints from arrays of any shape (..., D), (...), (...)."""
+        """Make a constraint from arrays of any shape (..., D), (...), (...)."""
         flat = np.broadcast_to(value, offset.shape).astype(np.float64).ravel()
         return cls(
             rows.reshape(-1, rows.shape[-1]).astype(np.float64),
@@ -138,14 +140,14 @@ class Steering:
 
 
 def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None = None) -> Steering:
-    """Join `constraints` to one steering; codes are assumed to be standard normal, like the flow's.
+    """Join `constraints` to one steering. Codes are assumed to be standard normal, as in the flow.
 
     Parameters
     ----------
     constraints : sequence of SoftConstraint
-        One at least.
+        At least one.
     correction : (K,) or None
-        Added to the target: the miss of an earlier result.
+        Added to the target: the error of an earlier result.
     """
     rows = np.concatenate([constraint.rows for constraint in constraints])
     sigma = np.concatenate([constraint.sigma for constraint in constraints])
@@ -162,22 +164,23 @@ class Steerer(Protocol):
     """Steers the windows of one clip, one after the other."""
 
     start: tuple[FloatArray, float]
-    """Where the first root is (3,), meters, and which way the person faces, radians about +y from
+    """Position of the first root (3,), meters, and heading of the person, radians about +y from
     +z."""
 
     def begin(self, joints: FloatArray) -> FloatArray:
-        """The clip's first window (1, W, J, 3), which faces +z at the origin, where it begins."""
+        """Move the clip's first window (1, W, J, 3), which faces +z at the origin, to its start."""
 
     def until(self, first: int, end: int) -> int:
-        """The frame at which a window that would give the frames `first` to `end` (exclusive) has
-        to end."""
+        """Return the frame at which a window that could give the frames `first` to `end`
+        (exclusive) has to end."""
 
     def window(
         self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
     ) -> Generator[Steering | None, FloatArray, None]:
-        """Yield the steering of a window repeatedly; each time it is sent the resulting joints (W,
-        J, 3), until it returns.
+        """Yield the steering of a window repeatedly; each time the resulting joints (W, J, 3) are
+        sent in, until it returns.
 
-        `first` is the clip's frame that the window's first is, `taken` are its own frames that are
-        taken, `place` (3,) and `yaw` are where its first root is and which way that frame faces.
+        `first` is the index of the window's first frame in the clip. `taken` is the range of the
+        window's frames that are used. `place` (3,) and `yaw` are position and heading of its first
+        frame.
         """

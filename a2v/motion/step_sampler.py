@@ -1,4 +1,4 @@
-"""Clips frame by frame: the networks' states go from each frame to the next."""
+"""Clips frame by frame: the networks' states are passed from each frame to the next."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from a2v.types import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class StepSampler:
-    """Makes clips frame by frame; states go from each frame to the next."""
+    """Makes clips frame by frame; states are passed from each frame to the next."""
 
     path: Path
     card: StepCard
 
     def initial_states(self, count: int) -> dict[str, FloatArray]:
-        """Zero states (see `STATE_NAMES`) for the first frame of `count` clips."""
+        """Return zero states (see `STATE_NAMES`) for the first frame of `count` clips."""
         shapes = dict.fromkeys(STATE_NAMES, (count, self.card.hidden_size)) | {
             "previous": (count, len(self.card.joint_names), 3)
         }
@@ -38,7 +38,8 @@ class StepSampler:
     def run(
         self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Joints (meters, the first root near the origin) and rotations (N, T, J, 3) float32.
+        """Generate joints (meters, the first root near the origin) and rotations (N, T, J, 3)
+        float32.
 
         Parameters
         ----------
@@ -56,7 +57,7 @@ class StepSampler:
         return checked_results(self.path, made, (*labels.shape, *np.shape(lengths)[1:], 3))
 
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
-        """See `Sampler`: the noise is drawn once; `fresh` and `skip_rest` change nothing, because
+        """See `Sampler`. The noise is drawn once. `fresh` and `skip_rest` have no effect, because
         states continue over a change of the action."""
         if request.steerer is not None:
             raise InputError(
@@ -71,15 +72,15 @@ class StepSampler:
     def generate_like_data(
         self, request: WindowRequest, generator: np.random.Generator
     ) -> FloatArray:
-        """See `Sampler`: how the data's clips end and head was learned, and cannot be set."""
+        """See `Sampler`. Ends and headings of the data's clips were learned, and cannot be set."""
         labels = np.repeat(request.labels[:, None], request.frames, axis=1)
         return self.generate(ClipRequest(labels, request.lengths, normal_noise(generator)))[0]
 
     def _continue(
         self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As `run`, but the first frames are those of `start` (N, P, J, 3): the states follow them,
-        as under teacher forcing."""
+        """Run with the first frames replaced by `start` (N, P, J, 3): the states follow them, as in
+        teacher forcing."""
         native = ((start - start[:, :1, :1]) / np.float32(self.card.meters_per_unit)).astype(
             np.float32
         )

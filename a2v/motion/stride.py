@@ -1,4 +1,4 @@
-"""Lengthen the steps of faster motions instead of only quickening them."""
+"""Lengthen the steps of faster motions instead of only making them more frequent."""
 
 from __future__ import annotations
 
@@ -12,25 +12,31 @@ from a2v.kinematics.limbs import bend_to, legs_of
 from a2v.types import FloatArray, Motion
 
 LONGEST = 1.25
-"""Largest factor on the length of steps, since legs have a length."""
+"""Largest factor on the length of steps, limited by the length of the legs."""
 
 WALKS = 0.4
-"""Meters a second from which on a body travels, by twice as much surely."""
+"""Speed in meters per second from which a body may travel; from twice this speed it certainly
+does."""
 
 AROUND_SECONDS = 0.25
 """Seconds (standard deviation) over which a body's travel is smoothed."""
 
 
 def strides(speed: FloatArray) -> FloatArray:
-    """Factor on the length of steps at a tempo of `speed` times the recorded one: its square root,
-    as people share tempo between length and cadence."""
+    """Return the factor on the length of steps at a tempo of `speed` times the recorded one.
+
+    It is the square root of `speed`: people divide tempo between the length and the frequency of
+    steps.
+    """
     longer: FloatArray = np.clip(np.sqrt(speed), 1.0, LONGEST)
     return longer
 
 
 def lengthened(motion: Motion, stride: FloatArray) -> Motion:
-    """The clip or batch with steps `stride` (T,) times as long, where it travels: the root's way
-    and the feet's along it; bones keep their lengths."""
+    """Scale the steps of a clip or batch by `stride` (T,) where the person travels.
+
+    The path of the root and those of the feet are scaled along it; bones keep their lengths.
+    """
     if np.max(stride) <= 1:
         return motion
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)

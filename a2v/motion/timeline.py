@@ -95,7 +95,7 @@ def read_timeline(
     expected = "a YAML list of steps, such as {action: walk, seconds: 2}"
     content = parse_yaml(data, source, "timeline", expected)
     if not isinstance(content, list) or not content:
-        raise InputError(f"{source} is no timeline (no list of steps); expected {expected}")
+        raise InputError(f"{source} is not a timeline (no list of steps); expected {expected}")
     found = [
         _timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)
     ]

@@ -1,9 +1,10 @@
 """The available actions, searchable by free text.
 
-A prompt's words, in common form (`a2v.motion.lexicon`), are explained by the words of an action's
-name, or by what else it is called. An action's score is the share of them that it explains, each
-weighed by how few actions have it; words that no action has count against all, by their kind. What
-the words leave open, trigrams in common with the action's descriptions decide.
+A prompt's words, in common form (`a2v.motion.lexicon`), are compared with the words of an action's
+name and of its other names. An action's score is the fraction of the prompt's words that it
+contains, weighted by the rarity of the words among actions. Words that no action has reduce all
+scores, by their class. Between equal scores, trigrams in common with the action's descriptions
+decide.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from a2v.motion.names import plain_name
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 
-#: Words that distinguish kinds of motion: an action of another kind than the prompt names is less
-#: likely.
+# : Words that distinguish kinds of motion. An action of another kind than that of the prompt is
+# less likely.
 KINDS = frozenset({"walk", "run", "jump", "danc", "climb", "step"})
 #: Tempo, if the chosen action has none of its own.
 TEMPO = {"slow": 0.7, "fast": 1.35}
@@ -35,32 +36,32 @@ LEAST_SCORE = 0.55
 """Score below which a prompt is refused: calibrated on the development half of
 ``tests/motion/words.csv`` (docs/results/words.md)."""
 UNEXPLAINED_NAME = 0.6
-"""Cost of a word of the action's name that the prompt lacks."""
+"""Penalty of a word of the action's name that the prompt lacks."""
 ANOTHER_NAME = 0.1
-"""The same if the prompt has none of them and uses other words."""
+"""The same penalty if the prompt has none of the name's words but uses others."""
 OTHER_KIND = 0.55
 KIND_SHARE = 0.5
-"""Share of a word that an action's family explains."""
+"""Weight of a word that matches only an action's family."""
 HINT_SHARE = 0.8
-"""Share of a word that another name of an action explains."""
+"""Weight of a word that matches only another name of an action."""
 PLACED_WORD = 0.4
-"""Share of its weight that a word of place has ("stand up from the
-floor"), for actions that do not have it."""
+"""Factor on the weight of a word of place ("stand up from the floor"), for actions that do not have
+it."""
 ADVERB = 0.4
-"""The same for words of manner: "listen carefully", "run away scared"."""
+"""Factor on the weight of words of manner: "listen carefully", "run away scared"."""
 HINT = 0.55
-"""Weight of a word that no name has, only what actions are called besides."""
+"""Weight of a word that is in no action's name, only in other names."""
 TEMPO_WEIGHT = 0.3
 ANIMALS = "Animal Behavior"
-"""The family of animals."""
+"""The family of animal motions."""
 ANIMAL = 2.0
-"""Weight of the name of an animal that acts or is imitated: the action of an elephant is the
-elephant's."""
+"""Weight of the name of an animal that acts or is imitated, so that "elephant" means the elephant's
+action."""
 DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
-"""Least weight of a word of a name that is no tempo and no particle."""
+"""Smallest weight of a word of a name that is neither a tempo nor a particle."""
 OFFERED = 5
-"""Number of actions that a refusal names."""
+"""Number of actions that a refusal suggests."""
 
 
 class UnknownActionError(InputError):
@@ -95,7 +96,7 @@ class Match:
     others : tuple of str
         The next best, best first.
     speed : float
-        Tempo that the text asks for and the action does not have in its name.
+        Tempo in the text that is not in the action's name.
     """
 
     text: str
@@ -112,7 +113,7 @@ class Vocabulary:
     Attributes
     ----------
     actions : tuple of str
-        Of equally good ones, the first is taken.
+        Between equally good ones, the first is chosen.
     descriptions : mapping of str to texts
         Descriptions of an action besides its name; they decide between equal scores.
     kinds : mapping of str to str
@@ -170,7 +171,7 @@ class Vocabulary:
 
     @cached_property
     def _called(self) -> list[tuple[frozenset[str], ...]]:
-        """All names of each action: its name, and its other names."""
+        """Return all names of each action: its name, and its other names."""
         return [
             (name, *(frozenset(canonical_words(alias)) for alias in self.aliases.get(action, ())))
             for action, name in zip(self.actions, self._names, strict=True)
@@ -178,7 +179,8 @@ class Vocabulary:
 
     @cached_property
     def weights(self) -> dict[str, float]:
-        """Weight of each word, at most 1: the rarer among the actions' names, the higher."""
+        """Return the weight of each word, at most 1: higher for words that are rarer among the
+        actions' names."""
         counts = Counter(word for name in self._names for word in name)
         rarest = math.log(1 + len(self.actions))
         weights = {
@@ -218,8 +220,8 @@ class Vocabulary:
         return read_words(text, self.weights)
 
     def rank(self, text: str, without: Collection[str] = ()) -> list[tuple[str, float]]:
-        """Actions with their scores in [0, 1], best first; none that has a word of `without`,
-        stems."""
+        """Return the actions with their scores in [0, 1], best first, without those that have a
+        word of `without` (stems)."""
         read = self.read(text)
         words: dict[str, Word] = {}
         for word in read:
@@ -255,7 +257,7 @@ class Vocabulary:
         kind: frozenset[str],
         against: float,
     ) -> float:
-        """Share of the `words` that an action of that name, those traits and that family explains,
+        """Return the fraction of the `words` that an action matches by its name, traits and family,
         over all words of both sides."""
         explained, total, told = 0.0, against, False
         for stem, word in words.items():
@@ -281,13 +283,13 @@ class Vocabulary:
         return explained / (total + missing) if told else 0.0
 
     def match(self, text: str, without: Collection[str] = ()) -> Match:
-        """The action that best matches a piece of text, without those that have a word of
+        """Return the action that best matches a piece of text, without those that have a word of
         `without`.
 
         Raises
         ------
         UnknownActionError
-            No action is near enough; the message names the five nearest.
+            No action is similar enough. The message names the five nearest.
         """
         plain = {plain_name(action): action for action in reversed(self.actions)}
         ranked = self.rank(text, without)
@@ -313,7 +315,7 @@ def trigrams(text: str) -> Counter[str]:
 
 
 def likeness(one: Counter[str], other: Counter[str], norm: float) -> float:
-    """Cosine between two counts, in [0, 1]; `norm`: of `other`."""
+    """Return the cosine between two counts, in [0, 1]; `norm` is that of `other`."""
     whole = norm * _norm(one)
     return (
         sum(count * other[gram] for gram, count in one.items() if gram in other) / whole
@@ -328,6 +330,6 @@ def _norm(counts: Counter[str]) -> float:
 
 @cache
 def other_names() -> dict[str, tuple[str, ...]]:
-    """The other names of actions, from ``aliases.csv``."""
+    """Return the other names of actions, from ``aliases.csv``."""
     with ALIASES.open(newline="", encoding="utf-8") as stream:
         return {row["action"]: tuple(row["aliases"].split(";")) for row in csv.DictReader(stream)}

@@ -45,12 +45,12 @@ _GRID = 0.02
 
 @dataclass(frozen=True)
 class GroundPath:
-    """A way over the ground.
+    """A path over the ground.
 
     Attributes
     ----------
     points : (N, 2) float
-        x and z, meters; at least two, each different from the one before.
+        x and z, meters; at least two, each different from the previous one.
     """
 
     points: FloatArray
@@ -73,9 +73,7 @@ class GroundPath:
                 f"{MAX_METRES:g}"
             )
         if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
-            raise InputError(
-                "two points of the path that follow each other are the same; leave one out"
-            )
+            raise InputError("two consecutive points of the path are equal; leave one out")
         if not MIN_METRES <= self.lengths[-1] <= MAX_METRES:
             raise InputError(
                 f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to "
@@ -84,13 +82,14 @@ class GroundPath:
 
     @property
     def lengths(self) -> FloatArray:
-        """Way from the first point to each (N,), meters."""
+        """Distance along the path from the first point to each (N,), meters."""
         return np.concatenate(
             [[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))]
         )
 
     def at(self, way: FloatArray) -> FloatArray:
-        """Points (..., 2) after a `way` (...), meters; beyond the ends straight on."""
+        """Return the points (..., 2) at distances `way` (...) along the path, meters; beyond the
+        ends it is extended straight."""
         lengths, points = self.lengths, np.asarray(self.points, np.float64)
         way = np.asarray(way, np.float64)
         inside = np.stack([np.interp(way, lengths, points[:, axis]) for axis in (0, 1)], axis=-1)
@@ -122,9 +121,9 @@ class Way:
 
 
 def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
-    """The way along a path at `pace`, meters a second: corners are rounded, and taken slowly.
+    """Return positions and headings along a path at `pace`, meters per second.
 
-    It ends with the path.
+    Corners are rounded, and walked slowly. The way ends at the end of the path.
     """
     length = float(path.lengths[-1])
     grid = np.linspace(0.0, length, max(4, int(length / _GRID) + 1))
@@ -154,9 +153,9 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
 def read_path(text: str) -> GroundPath:
     """Read a path from points "x,z x,z ...", meters, or from a file.
 
-    ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``:
-    the first line, polygon, circle or path that is drawn, seen from above, a unit being a
-    centimeter, with its first point at the origin.
+    ``.csv``: two columns, optionally with a header line. ``.yaml``: a list of [x, z]. ``.svg``: the
+    first line, polygon, circle or path in the drawing, seen from above, with its first point at the
+    origin; a unit is a centimeter.
 
     Raises
     ------
@@ -173,8 +172,8 @@ def _points(rows: Sequence[str]) -> FloatArray:
     points = [_numbers(row) for row in rows]
     if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
         raise InputError(
-            f"'{brief(odd[0])}' is no point of a path; expected x,z in meters, such as \"0,0 0,3 "
-            '3,3", or a .csv, .yaml or .svg file'
+            f"'{brief(odd[0])}' is not a point of a path; expected x,z in meters, such as \"0,0 "
+            '0,3 3,3", or a .csv, .yaml or .svg file'
         )
     return np.array(points, np.float64).reshape(-1, 2)
 
@@ -239,7 +238,7 @@ def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> 
             bend = np.broadcast_to(
                 np.concatenate([points[-1:], ends]), (len(share), len(ends) + 1, 2)
             )
-            while bend.shape[1] > 1:  # de Casteljau, for all shares at once
+            while bend.shape[1] > 1:  # de Casteljau, for all shares at the same time
                 bend = bend[:, :-1] * (1 - share[..., None]) + bend[:, 1:] * share[..., None]
             points = np.concatenate([points, bend[:, 0]])
         elif name == "closePath":

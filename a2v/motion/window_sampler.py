@@ -1,4 +1,4 @@
-"""Make clips window by window: each continues the last frames of the one before."""
+"""Make clips window by window: each window continues the last frames of the previous one."""
 
 from __future__ import annotations
 
@@ -27,35 +27,35 @@ from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
 
 CHANGE_SECONDS = 0.25
-"""Seconds over which one action fades into another."""
+"""Seconds over which one action fades into the next."""
 
 SHORT_SHARE = 0.3
-"""Share of a window under which the middle clip of an action is short: a person who runs through
-the laboratory in at most three seconds."""
+"""Share of a window below which the median clip of an action is short, such as a person who runs
+through the laboratory in at most three seconds."""
 
 ENDING_FRAMES = 2
-"""Frames at the end of a window's motion in which it comes to rest; a window that is continued
-loses them."""
+"""Frames at the end of a window's motion in which it comes to rest. A window that is continued
+drops them."""
 
 BROKEN = 20
-"""The shortest clips of an action, one in this many, are never drawn: beside many longer ones they
-are mostly recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and the model repeats it
-if that length is requested). `export/sample.py` and the page do the same."""
+"""The shortest 1/20 of an action's clips are never drawn: among longer clips they are mostly
+recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and the model repeats it if that
+length is requested). `export/sample.py` and the page do the same."""
 
 LOGISTIC = 1.702
-"""The logistic function of a normal number times this is uniform over [0, 1], to within 0.01:
-`export/sample.py` and the page can compute it too."""
+"""The logistic function of a normal number times this is uniform over [0, 1], to within 0.01.
+`export/sample.py` and the page can compute it, too."""
 
 
 @dataclass(frozen=True)
 class WindowSampler:
-    """Makes whole windows, each of which continues the last frames of the one before."""
+    """Makes whole windows, each of which continues the last frames of the previous one."""
 
     path: Path
     card: WindowCard
 
     def active_shares(self, label: int) -> FloatArray:
-        """Moving shares (n,) of a window of the data's clips of an action.
+        """Return the fractions (n,) of a window in which the data's clips of an action move.
 
         Raises
         ------
@@ -65,16 +65,16 @@ class WindowSampler:
         shares = self.card.active[label]
         if not len(shares):
             raise InputError(
-                f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose "
-                "another action"
+                f"{self.path.name} was not trained on clips of '{self.card.actions[label]}'; "
+                "choose another action"
             )
         return shares
 
     def active_share(self, label: int) -> float:
-        """Share of a window that clips of an action move where none is drawn: the 90 % quantile of
-        `active_shares`, the median of short ones.
+        """Return the default fraction of a window in which an action moves: the 90 % quantile of
+        `active_shares`, or their median for short clips.
 
-        The few long ones among short clips are others: people who slow down and stop
+        Long clips among mostly short ones show something else: people who slow down and stop
         (docs/results/motion_direction.md).
         """
         shares = self.active_shares(label)
@@ -82,12 +82,12 @@ class WindowSampler:
         return middle if middle < SHORT_SHARE else float(shares[int(0.9 * (len(shares) - 1))])
 
     def drawn_shares(self, label: IntArray, noise: FloatArray, *, following: bool) -> FloatArray:
-        """Shares of a window (N,) float32 that clips of actions (N,) move, drawn from
-        `active_shares` by the last number of their `noise` (N, Z).
+        """Draw the fractions of a window (N,) float32 in which clips of actions (N,) move, from
+        `active_shares`.
 
-        That is the noise of the code's least coefficient, so that nothing else depends on it. A
-        window that continues another gets one of the longer half, so that a clip continues instead
-        of beginning again and again.
+        The last number of their `noise` (N, Z) selects them: it is the noise of the code's least
+        coefficient, so that nothing else depends on it. A window that continues another gets one of
+        the longer half, so that a clip continues instead of starting repeatedly.
         """
         u = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
         drawn = np.zeros(len(label), np.float32)
@@ -107,13 +107,14 @@ class WindowSampler:
         context: FloatArray | None = None,
         steering: Steering | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """One window: joints (meters, first root at the origin) and rotations (N, W, J, 3) float32.
+        """Generate one window: joints (meters, first root at the origin) and rotations (N, W, J, 3)
+        float32.
 
         Parameters
         ----------
         labels : (N,) int
         active : (N,) float
-            Share of the window that is in motion.
+            Fraction of the window that is in motion.
         noise : (N, Z) float
         lengths : (N, J) float
             Native units.
@@ -142,9 +143,8 @@ class WindowSampler:
         )
 
     def reader(self, lengths: FloatArray) -> CodeReader:
-        """Linear map from the codes of this model to the joints of a body with bones of `lengths`
-        (J,),
-        native units.
+        """Return the linear map from the codes of this model to the joints of a body with bones of
+        `lengths` (J,), native units.
 
         Raises
         ------
@@ -180,12 +180,12 @@ class WindowSampler:
         )
 
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
-        """See `Sampler`: windows until all frames are there, noise drawn for each.
+        """See `Sampler`. Windows are generated until all frames exist, each with new noise.
 
-        How long each window of each clip moves is drawn (`drawn_shares`), so that the clips of a
-        batch continue each by itself; with a steerer it is what `active_share` says. A window
-        continues the last frames of the one before, which belong to their action: where the action
-        changes, the next window can begin `fresh`, and the first fades into it (`crossfade`).
+        The moving time of each window of each clip is drawn (`drawn_shares`), so that the clips of
+        a batch continue independently; with a steerer it is `active_share`. A window continues the
+        last frames of the previous one. At a change of the action, the next window can start
+        `fresh`, and the previous one fades into it (`crossfade`).
         """
         labels, steerer = request.labels, request.steerer
         count, frames = labels.shape
@@ -226,8 +226,8 @@ class WindowSampler:
     def _next_window(
         self, request: ClipRequest, done: GrowingClips, rows: IntArray, end: int, *, begins: bool
     ) -> _Window:
-        """The window that the clips `rows` continue with, before frame `end`; one that `begins`
-        fades in from what was ahead."""
+        """Return the next window of the clips `rows`, up to frame `end`; one that `begins` fades in
+        from the discarded frames."""
         given, begun = self.card.context_frames, int(done.at[rows].min())
         follows = begun > 0 and not begins
         noise = request.noise((len(request.labels), self.card.latent_size), begun)[rows]
@@ -253,7 +253,7 @@ class WindowSampler:
     def generate_like_data(
         self, request: WindowRequest, generator: np.random.Generator
     ) -> FloatArray:
-        """See `Sampler`: how long each clip moves is drawn from the data's distribution for its
+        """See `Sampler`. The moving time of each clip is drawn from the data's distribution for its
         action."""
         if request.frames > self.card.window_frames:
             raise InputError(
@@ -283,22 +283,23 @@ class WindowSampler:
 
 @dataclass
 class _Window:
-    """A window that can be made several times, with other constraints.
+    """A window that can be generated several times, with different constraints.
 
     Attributes
     ----------
     label, share, usable : (n,)
-        Action, share of the window in motion, and the number of frames that this is.
+        Action, fraction of the window in motion, and the number of these frames.
     noise : (n, Z) float32, lengths : (n, J) float32
     skip_rest : bool
         Leave out the rest at the beginning, if no frames come before.
     context : (n, P, J, 3) or None
         Frames that the window continues.
     before : two arrays (n, S, J, 3), (n, F, J, 3), or None
-        The frames before it and what would have followed them, if it fades in (see `crossfade`).
+        The previous frames and the discarded ones after them, if the window fades in (see
+        `crossfade`).
     lift : (n,) or None
-        How much the first one was lifted to the height of the frames before; later ones are lifted
-        alike, or constraints for heights would be undone.
+        Shift of the first generation to the height of the previous frames. Later generations get
+        the same shift, or constraints on heights would be undone.
     """
 
     sampler: WindowSampler
@@ -318,7 +319,8 @@ class _Window:
         return 0 if self.context is None else self.sampler.card.context_frames
 
     def make(self, steering: Steering | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
-        """Joints and rotations (n, W, J, 3) where they belong, and how many frames (n,) move."""
+        """Generate joints and rotations (n, W, J, 3) at their positions, and the number of frames
+        (n,) that move."""
         card = self.sampler.card
         new, rotated = self.sampler.run(
             self.label,
@@ -349,9 +351,8 @@ class _Window:
 def _guided(
     window: _Window, steerer: Steerer, joints: FloatArray, *, take: int
 ) -> tuple[FloatArray, FloatArray]:
-    """The `window` after `joints` (1, T, J, 3) with the constraints of `steerer`; its known frames
-    are the last
-    of these."""
+    """Generate the `window` after `joints` (1, T, J, 3) with the constraints of `steerer`; its
+    known frames are the last of `joints`."""
     known, skeleton = window.known, window.sampler.card.skeleton
     first = joints.shape[1] - known
     place, yaw = steerer.start

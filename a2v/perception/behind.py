@@ -1,4 +1,5 @@
-"""Reconstruct the background behind a person from regions with straight borders and own shading.
+"""Reconstruct the background behind a person from regions with straight borders, each with its own
+shading.
 
 The picture is divided into regions of one material. Straight borders between two regions are
 continued through the hole, and cut it into cells. Every cell is assigned to a region so that the
@@ -17,12 +18,13 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 _SIDE = 400
 """Longest side at which regions are found, pixels."""
 _GAP = 0.02
-"""Half of the width of gaps in the hole that say nothing of what lies behind it, such as that
-between the legs, a fraction of the longer side."""
+"""Half of the width of gaps in the hole that are too narrow to show the background, such as that
+between the legs, as a fraction of the longer side."""
 _LIGHTNESS = 0.5
-"""Weight of lightness beside a and b when regions are found: shading is no border."""
+"""Weight of lightness relative to a and b in the search for regions, so that shading makes no
+borders."""
 _SMALLEST = 0.0012
-"""Smallest region, a fraction of the picture."""
+"""Smallest region, as a fraction of the picture."""
 _MERGED = (5.0, 10.0)
 """Neighboring regions become one if their chroma differs by less, and their lightness at the border
 by less, CIELAB."""
@@ -30,12 +32,13 @@ _SOFT = (2.5, 5.0, 14.0)
 """They become one, too, if chroma and lightness at their border and their mean chroma differ by
 less: a lamp's glow has no sharp border."""
 _SPECK = 0.0025
-"""Regions smaller than this, a fraction of the picture, are taken for part of the hole."""
+"""Regions smaller than this, as a fraction of the picture, are treated as part of the hole."""
 _PARTED = (4.0, 10.0)
-"""Regions that the hole parts are one if chroma and lightness differ by less."""
+"""Regions on two sides of the hole are the same if chroma and lightness differ by less than
+these."""
 _ISLAND = 0.03
-"""Largest region, a fraction of the picture, that is taken for part of what lies behind the hole if
-only the hole surrounds it."""
+"""Largest region, as a fraction of the picture, that is treated as part of the hole if only the
+hole surrounds it."""
 _REGIONS = 12
 """Largest number of regions that reach behind the person."""
 _ROUNDS = 6
@@ -47,7 +50,7 @@ _TEXTURE = 40.0
 _SLOW = 5.0
 """Standard deviation of the smoothing below which colors are texture, pixels."""
 _ERROR = 3.0
-"""Errors of a shading beyond this count less, CIELAB."""
+"""Errors of a shading beyond this have less weight, CIELAB."""
 
 
 def regions_of(picture: ByteArray, side: int) -> IntArray:
@@ -167,7 +170,7 @@ def _known_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
     small = (small / np.maximum(known, 1e-3)[..., None]).astype(np.float32)
     reach = 2 * round(_GAP * max(size)) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    wide = np.pad((known <= 0.99).astype(np.uint8), reach)  # a gap at the edge is no gap
+    wide = np.pad((known <= 0.99).astype(np.uint8), reach)  # a gap at the edge does not count
     closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disk)[reach:-reach, reach:-reach]
     seen = closed == 0
     small = cv2.medianBlur(small, 3)
@@ -329,8 +332,8 @@ def fit_shading(
 
 
 def _terms(count: int, size: int) -> list[tuple[int, int]]:
-    """Exponents of x and y of the polynomial for a region of which `count` of the picture's `size`
-    pixels are known: of degree 0 to 3."""
+    """Return the exponents of x and y of the polynomial, of degree 0 to 3, for a region with
+    `count` known of the picture's `size` pixels."""
     if count < 60:
         degree = 0
     elif count < 0.004 * size:
@@ -343,15 +346,18 @@ def _terms(count: int, size: int) -> list[tuple[int, int]]:
 
 
 def _basis(x: FloatArray, y: FloatArray, terms: list[tuple[int, int]]) -> FloatArray:
-    """Terms (n, M) of a polynomial at places `x`, `y` (n,)."""
+    """Return the terms (n, M) of a polynomial at positions `x`, `y` (n,)."""
     return np.stack([(x**i) * (y**j) for i, j in terms], axis=1)
 
 
 def _robust_fit(
     basis: FloatArray, values: FloatArray, weight: FloatArray, terms: list[tuple[int, int]]
 ) -> FloatArray:
-    """Coefficients (M, 3) of the polynomial with terms `basis` (n, M) that fits values (n, 3),
-    CIELAB, with weights (n,); errors beyond `_ERROR` count less, darker ones from half of it on."""
+    """Fit the coefficients (M, 3) of the polynomial with terms `basis` (n, M) to values (n, 3),
+    CIELAB, with weights (n,).
+
+    Errors beyond `_ERROR` have less weight; darker ones already from half of it on.
+    """
     trust = np.ones(len(values))
     ridge = np.diag([1e-6 * 10.0 ** (i + j) for i, j in terms]) * weight.sum()
     for _ in range(_ROUNDS):

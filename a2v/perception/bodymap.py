@@ -1,7 +1,7 @@
 """The body map: for each pixel of a person the place on the body and the depth, and 3D landmarks,
 predicted by a network.
 
-The network is BlazePose's, trained further in the studio (`a2v.lab.bodymap`). It cannot know a
+The network is BlazePose's, trained further in the studio (`a2v.lab.bodymap`). It cannot determine a
 person's size, so all lengths are in pixels; all depths are measured over the floor from the middle
 of the hips, as in `a2v.types.Subject`.
 """
@@ -25,22 +25,23 @@ FORMAT = "a2v-bodymap/1"
 FILE = Path(__file__).resolve().parent / "data" / "bodymap.onnx"
 """The shipped network; its card is in a2v/weights/README.md."""
 PICTURE = 256
-"""Side of the square that the network sees, pixels."""
+"""Side of the square that is the network's input, pixels."""
 FILL = 0.8
 """Longer side of the person's box in that square."""
 GRAY = 0.627
 """Color behind the person: the network has not learned from real backgrounds."""
 _HALF_SURE = 0.02
-"""Expected error of a landmark in the picture at which it counts half, relative to the height."""
+"""Expected error of a landmark in the picture at which its weight is one half, relative to the
+height."""
 _OVERSURE = np.array([2.0, 0.7])
-"""Factors on the network's expected errors in the picture and in depth. In the picture it is too
-confident on photographs; in depth the detector is less reliable still."""
+"""Factors on the network's expected errors in the picture and in depth. In the picture it is
+overconfident on photographs; in depth the detector is even less reliable."""
 _LEAST = 0.006
 _DETECTOR = (0.02, 0.12)
 """Expected errors of the detector's landmarks in the picture and in depth, relative to the height
 (docs/research/fitting.md)."""
 _APART = 0.08
-"""Distance relative to the height above which two landmarks are not the same place."""
+"""Distance relative to the height above which two landmarks are different places."""
 
 
 def look_at_body(
@@ -66,7 +67,7 @@ def look_at_body(
     """
     rows, columns = np.nonzero(mask > 0.5)
     if not len(rows):
-        raise InputError("the mask is empty; expected white where the person is")
+        raise InputError("the mask is empty; expected white on the person")
     low, high = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()]) + 1
     middle, side = (low + high) / 2, float((high - low).max()) / FILL
     path = Path(weights or FILE)
@@ -101,12 +102,17 @@ def height_in_pixels(landmarks: FloatArray) -> float:
 
 
 def mended(
-    keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False
+    keypoints: FloatArray,
+    keypoints_3d: FloatArray,
+    found: BodyMap,
+    *,
+    keep: bool = False,
+    stance: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """Merge the detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, with the
     body map's: means weighted by their expected errors.
 
-    The detector has seen more photographs, the network more poses. Where the two lie apart, the
+    The detector has seen more photographs, the network more poses. If the two are far apart, the
     landmark with the smaller expected error is taken, with less confidence.
 
     Parameters
@@ -116,9 +122,12 @@ def mended(
     keypoints_3d : (33, 3)
         Meters; NaN where unknown.
     found : BodyMap
-        Of the same picture.
+        Body map of the same picture.
     keep : bool
         The user has given `keypoints`; they replace the detector's and are not changed.
+    stance : bool
+        Use only the detector's depths of a person whose both legs stand. They are better than the
+        mean in photographs, but not in films, where a person stands in some frames.
 
     Returns
     -------
@@ -137,7 +146,9 @@ def mended(
     apart = gap > _APART
     share[apart] = share[apart, :1] > 0.5  # never between two places
     deep = _depths_in_pixels(keypoints, keypoints_3d)
-    if all(leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")):
+    if stance and all(
+        leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")
+    ):
         share[:, 1] = (
             # the detector's depths are corrected on standing people and most accurate for them
             # (docs/research/fitting.md)
@@ -184,7 +195,7 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
     import cv2
 
     zoom = PICTURE / side
-    shrink = max(1, int(1 / zoom))  # area averages first, so that nothing flickers
+    shrink = max(1, int(1 / zoom))  # average areas first, to avoid aliasing
     height, width = image.shape[0] // shrink, image.shape[1] // shrink
     small, cover = image, mask.astype(np.float32)
     if shrink > 1:
@@ -237,8 +248,8 @@ def on_gray(
 def _in_pixels(
     points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float
 ) -> BodyMap:
-    """The network's output for a square around `middle` in pixels of the photo: landmarks (33, 3),
-    scales (33, 2), maps (9, h, w)."""
+    """Convert the network's output for a square around `middle` to pixels of the photo: landmarks
+    (33, 3), scales (33, 2), maps (9, h, w)."""
     landmarks = np.concatenate(
         [middle + (points[:, :2] - 0.5) * side, points[:, 2:] * side], axis=1
     )

@@ -30,7 +30,7 @@ _SWEEPS = 20
 _SHAKES = 60
 """Number of trials in which some cells get another region."""
 _REGIONS = 12
-"""Largest number of regions of which the ends are sought."""
+"""Largest number of regions whose ends are searched."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class _Line:
 
 
 def _lines(labels: IntArray, hole: BoolArray) -> list[_Line]:
-    """Straight borders that end at the hole, the longest first."""
+    """Return the straight borders that end at the hole, longest first."""
     import cv2
 
     longest = max(hole.shape)
@@ -131,7 +131,7 @@ def _fitted(
 
 
 def _same(line: _Line, other: _Line, gap: float) -> bool:
-    """Whether two lines are the same."""
+    """Return whether two lines are the same."""
     if abs(line.along @ other.along) < np.cos(np.radians(4)):
         return False
     normal = np.array([-other.along[1], other.along[0]])
@@ -206,8 +206,8 @@ def _least(unary: FloatArray, ends: IntArray, prices: FloatArray) -> IntArray:
     The costs are `unary` (C, L) per cell, and `prices` (E, L, L) per edge between two cells, whose
     numbers are `ends` (E, 2).
 
-    Iterated conditional modes from several starts; then some neighboring cells get one label
-    together. The change is kept if it lowers the cost.
+    It uses iterated conditional modes from several starts. Then some neighboring cells get the same
+    label; the change is kept if it lowers the cost.
     """
     generator = np.random.default_rng(0)
     count, labels = unary.shape

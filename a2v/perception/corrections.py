@@ -1,5 +1,5 @@
 """A user's corrections of the detection in a photo: landmarks, directions of limbs, the mask, and
-which person is meant."""
+the selected person."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from a2v.kinematics.names import LANDMARK_INDEX, LIMB_BONES
 from a2v.plain_yaml import parse_yaml
 
 MAX_BYTES = 1 << 20
-"""Of a file of corrections."""
+"""Largest size of a file of corrections, bytes."""
 MAX_STROKES = 500
 MAX_POINTS = 20_000
-"""Of all strokes together."""
+"""Largest number of points of all strokes together."""
 MAX_PERSON = 5
 """Largest number of people that are distinguished in a photo."""
 UNITS = ("pixels", "fractions")
 WAYS = {"front": 1.0, "back": -1.0}
-"""Where the far end of a limb's bone lies, seen from its near end, and the sign of that depth."""
+"""Position of the far end of a limb's bone relative to its near end, and the sign of that depth."""
 EXPECTED = "a YAML mapping with some of units, person, landmarks, limbs, mask"
 _FAR = 100_000.0
 """Largest coordinate, pixels."""
@@ -89,7 +89,7 @@ class Corrections:
         """
         found = {} if content is None else content
         if not isinstance(found, Mapping):
-            raise InputError(f"{source}: {brief(found)} is no mapping; expected {EXPECTED}")
+            raise InputError(f"{source}: {brief(found)} is not a mapping; expected {EXPECTED}")
         _check_names(found, ("units", "person", "landmarks", "limbs", "mask"), source, "part")
         units = found.get("units", UNITS[0])
         if units not in UNITS:
@@ -127,7 +127,7 @@ class Corrections:
         return {name: value for name, value in parts.items() if value}
 
     def to_yaml(self) -> str:
-        """The text of a file that `read_corrections` reads."""
+        """Return the text of a file for `read_corrections`."""
         import yaml
 
         return yaml.safe_dump(self.said(), sort_keys=False, default_flow_style=None, width=110)

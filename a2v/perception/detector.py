@@ -18,8 +18,8 @@ from a2v.kinematics.names import MIRRORED_BLAZEPOSE
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _WIDER = (0.0, 0.12, 0.3, 0.6)
-"""Borders to add where nobody is found, shares of the longer side: people who stoop or turn away
-are found when they are smaller."""
+"""Borders that are added if nobody is found, as shares of the longer side: stooping people and
+people seen from behind are found when they are smaller."""
 _CONSPICUOUS = 0.02
 """Smallest share of the picture that a person found in this way fills. Smaller people are searched
 in tiles."""
@@ -182,7 +182,7 @@ class Detector(Solution):
         )
 
     def one(self, picture: ByteArray) -> Detection | None:
-        """The most conspicuous person of `picture` (H, W, 3) uint8, or None."""
+        """Return the most conspicuous person of `picture` (H, W, 3) uint8, or None."""
         height, width = picture.shape[:2]
         with silenced():
             result = self._graph.process(np.ascontiguousarray(picture))
@@ -212,7 +212,8 @@ class Detector(Solution):
         return self.one(picture) or self.one_wider(picture)
 
     def one_wider(self, picture: ByteArray) -> Detection | None:
-        """The largest person in smaller and mirrored pictures with wider borders, or None."""
+        """Return the largest person in smaller and mirrored pictures with wider borders, or
+        None."""
         import cv2
 
         found: list[Detection] = []
@@ -236,7 +237,7 @@ class Detector(Solution):
     def people(
         self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None
     ) -> list[Detection]:
-        """Several people of `picture` (H, W, 3) uint8, largest first, in its pixels.
+        """Find several people of `picture` (H, W, 3) uint8, largest first, in its pixels.
 
         `full` is the same picture at full resolution, where tiles are cut from.
 
@@ -325,7 +326,8 @@ class Detector(Solution):
             if person is None:
                 break
             body = person.mask > 0.5
-            if (body & taken).sum() > 0.3 * body.sum():  # the ghost of somebody painted over
+            # a remnant of a person who was painted over
+            if (body & taken).sum() > 0.3 * body.sum():
                 break
             found.append(person)
             grown = cv2.dilate(
@@ -362,8 +364,8 @@ def _paint_over(picture: ByteArray, region: BoolArray) -> ByteArray:
 
 
 def _is_plausible(person: Detection) -> bool:
-    """Whether landmarks and mask belong to the same figure (mediapipe sometimes detects one in a
-    texture)."""
+    """Return whether landmarks and mask belong to the same figure (mediapipe sometimes detects one
+    in a texture)."""
     height, width = person.mask.shape
     if person.area < 0.001 * height * width:
         return False

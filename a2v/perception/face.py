@@ -47,8 +47,10 @@ class FaceDetector(Solution):
         return graph
 
     def one(self, picture: ByteArray) -> FloatArray | None:
-        """Landmarks (478, 3) float32 of the face in `picture` (H, W, 3) uint8, or None: u, v,
-        pixels, and depth in them, larger is nearer."""
+        """Return landmarks (478, 3) float32 of the face in `picture` (H, W, 3) uint8, or None.
+
+        They are u, v in pixels, and depth in the same unit, larger is nearer.
+        """
         height, width = picture.shape[:2]
         with silenced():
             found = self._graph.process(np.ascontiguousarray(picture)).multi_face_landmarks
@@ -60,19 +62,19 @@ class FaceDetector(Solution):
 
 
 def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-    """Landmarks of a person's face.
+    """Find the landmarks of a person's face.
 
     Parameters
     ----------
     image : (H, W, 3) uint8
     keypoints : (33, 3)
-        BlazePose landmarks in its pixels: where the face is.
+        BlazePose landmarks in its pixels, which locate the face.
 
     Returns
     -------
     (478, 3) float32 or None
-        u, v in pixels of `image`, and depth in the same unit, larger is nearer; None where no face
-        is seen, or one that is too small.
+        u, v in pixels of `image`, and depth in the same unit, larger is nearer; None if no face is
+        found, or it is too small.
     """
     head = keypoints[:11]
     if head[:7, 2].min() < 0.5:
@@ -97,7 +99,7 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 
 
 def look_closely(image: ByteArray, middle: FloatArray, half: float) -> FloatArray | None:
-    """Landmarks of the face in a square: the median of the detections in `GLANCES`.
+    """Find landmarks of the face in a square: the median of the detections in `GLANCES`.
 
     A single detection is noisy: if the square moves by 3 %, landmarks move by up to 5 pixels on a
     face of 512 pixels (docs/face.md).

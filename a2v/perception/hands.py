@@ -39,16 +39,16 @@ class HandDetector(Solution):
         return graph
 
     def one(self, picture: ByteArray) -> tuple[FloatArray, str, float] | None:
-        """The hand in `picture` (H, W, 3) uint8, or None.
+        """Find the hand in `picture` (H, W, 3) uint8, or None.
 
         Returns
         -------
         points : (21, 3) float32
             u, v, pixels, and depth in them, larger is nearer, 0 at the wrist.
         side : "left" or "right"
-            Of the person's.
+            Side of the person.
         confidence : float
-            In the side, 0.5 to 1.
+            Confidence in the side, 0.5 to 1.
         """
         height, width = picture.shape[:2]
         with silenced():
@@ -79,7 +79,7 @@ def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     ----------
     image : (H, W, 3) uint8
     keypoints : (33, 3)
-        BlazePose landmarks in its pixels: where the hands are.
+        BlazePose landmarks in its pixels, which locate the hands.
 
     Returns
     -------

@@ -56,7 +56,7 @@ _HAND = {
     2: "thumb",
     5: "index",
     17: "pinky",
-}  # knuckles of OpenPose's hand that BlazePose names too
+}  # knuckles of OpenPose's hand that BlazePose also has
 
 
 def read_openpose(
@@ -76,12 +76,11 @@ def read_openpose(
         Width and height of the photo in pixels; needed only for coordinates that OpenPose scaled to
         [0, 1].
     name : str
-        What error messages call it.
+        Name in error messages.
 
     Returns
-    -------
-    (33, 3) float32: u, v in pixels of the upright photo, confidence in [0, 1]; 0 where OpenPose has
-    no such landmark.
+    ------- (33, 3) float32: u, v in pixels of the upright photo, confidence in [0, 1]; 0 if
+    OpenPose has no such landmark.
 
     Raises
     ------
@@ -161,6 +160,6 @@ def _read_points(values: Any, name: str, expected: str) -> FloatArray:
 
 
 def _extent(landmarks: FloatArray) -> float:
-    """Area of the box around the landmarks that were seen, square pixels."""
+    """Return the area of the box around the visible landmarks, square pixels."""
     seen = landmarks[landmarks[:, 2] > 0.05, :2]
     return float(np.prod(np.ptp(seen, axis=0) + 1)) if len(seen) else 0.0

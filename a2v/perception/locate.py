@@ -17,7 +17,7 @@ from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _IN_BOX = 0.2
-"""Least share of a person's box and the user's box that they have in common."""
+"""Smallest overlap (intersection over union) of a person's box and the user's box."""
 NOBODY = (
     "no person found in the photo; use a photo that shows one whole person, "
     "or give --mask and --keypoints"
@@ -26,14 +26,14 @@ NOBODY = (
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """Where a person is, in the photo's pixels.
+    """A located person, in the photo's pixels.
 
     Attributes
     ----------
     keypoints : (33, 3) float32
     keypoints_3d : (33, 3) float32
     mask : (H, W) float32
-        Rough.
+        Rough mask of the person.
     others : (H, W) bool or None
         Mask of other people.
     boxes : (n, 4) float32 or None
@@ -49,8 +49,8 @@ class Located:
 
 
 Who = int | tuple[float, ...] | None
-"""Who of several is meant: a number by size from 1 on, or a box in pixels of the photo; None: the
-largest."""
+"""Selection among several people: a number by size from 1 on, or a box in pixels of the photo;
+None: the largest."""
 
 
 def locate(
@@ -76,7 +76,7 @@ def locate(
             return _search(detector, rgb, who, warnings)
         if who is not None:
             raise InputError(
-                "the corrections say which person is meant, and a mask or keypoints do as well; "
+                "the corrections select a person, and so do a mask or keypoints; "
                 "leave one of them out"
             )
         return _look_at_given(detector, rgb, mask, keypoints)
@@ -131,7 +131,7 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
         masks = [person.mask for person in people if person is not people[number]]
         union = np.max(masks, axis=0) > 0.5
         others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
-    # once more on the person alone: landmarks and mask gain resolution
+    # search again in the crop of the person: landmarks and mask gain resolution
     box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
     closer = _detect_in(detector, rgb, box, None, others)
     if closer is not None and _agree(closer.keypoints, best.keypoints):
@@ -146,7 +146,8 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Left, top, right, bottom (4,) of a person's mask, or of the landmarks where it is empty."""
+    """Return left, top, right, bottom (4,) of a person's mask, or of the landmarks if the mask is
+    empty."""
     rows, columns = np.nonzero(person.mask > 0.5)
     if len(rows):
         return np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float32)
@@ -168,8 +169,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
     if isinstance(who, int):
         if who > len(boxes):
             raise InputError(
-                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the "
-                "photo; give a box [left, top, right, bottom] instead"
+                f"the corrections select person {who}, but only {len(boxes)} are distinguished in "
+                "the photo; give a box [left, top, right, bottom] instead"
             )
         return who - 1
     shares = []
@@ -216,8 +217,8 @@ def _detect_in(
     mask: FloatArray | None,
     others: BoolArray | None = None,
 ) -> Detection | None:
-    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask
-    is neutralised."""
+    """Find the person inside `box` of the photo, in the photo's pixels; the background of a given
+    mask is replaced by gray."""
     import cv2
 
     left, top, right, bottom = box
@@ -257,8 +258,8 @@ def resize(picture: Any, size: tuple[int, int]) -> Any:
 
 
 def _agree(a: FloatArray, b: FloatArray) -> bool:
-    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's
-    extent."""
+    """Return whether two sets of landmarks are the same person: median distance under 8 % of the
+    figure's extent."""
     both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
     if both.sum() < 4:
         return False
@@ -295,7 +296,8 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
 def crop_box(
     mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float
 ) -> tuple[int, int, int, int]:
-    """Left, top, right, bottom around mask and landmarks with a border, inside the photo."""
+    """Return left, top, right, bottom of a box around mask and landmarks with a margin, inside the
+    photo."""
     rows, columns = np.nonzero(mask > 0.5)
     boxes = [(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)] if len(rows) else []
     if keypoints is not None:

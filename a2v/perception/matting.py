@@ -1,4 +1,4 @@
-"""From a rough mask to an opacity at the photo's full resolution."""
+"""Refine a rough mask to an opacity at the photo's full resolution."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
     trimap = np.where(inside, cv2.GC_PR_FGD, cv2.GC_PR_BGD).astype(np.uint8)
     trimap[((depth_in > radius) & (prior > 0.99)) | (prior > 0.995)] = cv2.GC_FGD
     trimap[(depth_out > radius) & (prior < 0.3)] = cv2.GC_BGD
-    # thin limbs have no core deeper than the band: their middle line is certain all the same
+    # thin limbs have no core deeper than the band, so their middle line counts as certain
     ridge = (depth_in >= cv2.dilate(depth_in, np.ones((3, 3), np.uint8))) & (depth_in > 1.5)
     trimap[ridge & (prior > 0.8)] = cv2.GC_FGD
     result = trimap.copy()
@@ -134,7 +134,7 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     ).tocsr()[free]
     system = laplacian[:, free].tocsc()
     right_side = -laplacian[:, ~free] @ known_alpha[~free]
-    # a faint pull to the cut keeps the system regular where a window is all of one color
+    # a weak prior toward the cut keeps the system regular in windows of a single color
     weight = 1e-4
     system.setdiag(system.diagonal() + weight)
     right_side = right_side + weight * known_alpha[free]
@@ -147,9 +147,7 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
             rtol=1e-4,
             maxiter=1000,
         )
-    except (
-        ValueError
-    ):  # no convergence or a broken-down factorisation: the binary cut is a fair answer
+    except ValueError:  # no convergence or a failed factorization: return the binary cut
         return np.asarray(cv2.GaussianBlur(cut.astype(np.float32), (0, 0), 0.7))
     filled = known_alpha.copy()
     filled[free] = np.clip(solution, 0, 1)
@@ -158,8 +156,8 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
 
 
 def keep_person(mask: BoolArray, *, minimum: float = 0.02) -> BoolArray:
-    """Drop islands under `minimum` of the largest one's area, and fill pinholes (under 0.1 % of the
-    person)."""
+    """Drop islands smaller than `minimum` of the largest one's area, and fill pinholes (under 0.1 %
+    of the person)."""
     import cv2
 
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
@@ -178,7 +176,7 @@ def keep_person(mask: BoolArray, *, minimum: float = 0.02) -> BoolArray:
 
 
 def keep_soft(alpha: FloatArray) -> FloatArray:
-    """Clear opacity that is not attached to the person: stray islands of the matte."""
+    """Clear opacity that is not connected to the person: stray islands of the matte."""
     import cv2
 
     core = keep_person(alpha > 0.5)

@@ -1,4 +1,4 @@
-"""Remove the person from the photo: the background is continued from the surroundings."""
+"""Remove the person from the photo by continuing the background."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _THINNEST = 0.008
 _REACH = 0.28
 """Largest distance of a shadow from the person, as a fraction of their height."""
 _LIGHT = (0.08, 0.95)
-"""Range of the share of light in a shadow: darker pixels are things, lighter ones may be noise."""
+"""Range of the share of light in a shadow: darker pixels are objects, lighter ones may be noise."""
 _GRAIN = 1.0
 """A shadow is darker than its surface by at least this many standard deviations of the surface's
 texture."""
@@ -175,7 +175,7 @@ def _without_shadows(
 
 
 def _small(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:
-    """The photo in CIELAB (h, w, 3) and the hole (h, w), with the longer side at most `side`
+    """Return the photo in CIELAB (h, w, 3) and the hole (h, w), with the longer side at most `side`
     pixels."""
     import cv2
 
@@ -200,7 +200,7 @@ def _grown(mask: np.ndarray, pixels: int) -> np.ndarray:
 
 
 def in_photo(mask: FloatArray, crop: tuple[int, ...], photo_size: tuple[int, ...]) -> FloatArray:
-    """The mask (H, W) of a `Subject`, which lies over its `crop`, over the whole photo of
+    """Place the mask (H, W) of a `Subject`, which covers its `crop`, in the whole photo of
     `photo_size` (width, height)."""
     import cv2
 

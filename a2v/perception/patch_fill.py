@@ -25,7 +25,7 @@ _ROBUST = 2
 _EVEN = 1.0
 """Errors of a difference below this count by their squares, CIELAB."""
 _LOOSE = 1e-6
-"""Weight of the colors before, so that the system has one solution."""
+"""Weight of the previous colors, so that the system has one solution."""
 _GRAIN = 2.5
 """Standard deviation of the smoothing below which detail is grain, pixels."""
 _LEAST = 32
@@ -34,7 +34,7 @@ _LEAST = 32
 
 @dataclass(frozen=True)
 class PatchSettings:
-    """How a hole is filled.
+    """Settings of filling a hole.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class PatchSettings:
     brighter : float
         Largest difference of a patch's mean lightness from its example's, CIELAB.
     tinted : float
-        The same of a and b.
+        The same for a and b.
     level : float
         Cost of an example that lies a whole picture height above or below, CIELAB squared. Floors
         and walls change with the height.
@@ -111,8 +111,11 @@ def fill_by_patches(
 
 
 def _shifted(colors: FloatArray, hole: BoolArray) -> FloatArray:
-    """The hole filled with shifted pieces of the picture (He and Sun, ECCV 2012; OpenCV's shift
-    maps): they keep lines straight, and show seams."""
+    """Fill the hole with shifted pieces of the picture (He and Sun, ECCV 2012; OpenCV's shift
+    maps).
+
+    They keep lines straight, but show seams.
+    """
     import cv2
 
     if not hole.any() or hole.all():
@@ -188,7 +191,7 @@ def _level(
         )
         if (
             sharp and finished
-        ):  # a mean of several examples has no grain: each pixel's own example has
+        ):  # a mean of several examples has no grain, unlike each pixel's own example
             across, down, weight = slopes(example, hole, targets, place, weights, 0)
             grain = _integrated(example, hole, across, down, weight, rounds=1) - current
             current = current + np.where(
@@ -221,7 +224,7 @@ def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignor
                     second += off * off
             shift = first / count
             shift = min(max(shift, -limits[c]), limits[c])
-            # what a shift takes is not free, or any plain patch would do
+            # the shift costs something, or any plain patch would match
             total += (
                 second / count - 2 * shift * first / count + shift * shift + 0.1 * shift * shift
             )
@@ -253,8 +256,11 @@ def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignor
 
 
 def _slopes(picture, hole, targets, place, weights, half):  # type: ignore[no-untyped-def]  # compiled by numba
-    """From every pixel of the hole to the next one on the right and below, the mean difference in
-    the examples over it. Plain loops: compiled by numba."""
+    """Return, for every pixel of the hole, the mean difference to its right and lower neighbor in
+    the examples over it.
+
+    Plain loops for numba.
+    """
     height, width = hole.shape
     across = np.zeros((height, width, 3), np.float32)
     down = np.zeros((height, width, 3), np.float32)
@@ -297,12 +303,12 @@ def _integrated(
     *,
     rounds: int,
 ) -> FloatArray:
-    """The picture (H, W, 3) whose hole has these differences to the right and below, and that
+    """Return the picture (H, W, 3) whose hole has these differences to the right and below and
     continues the known pixels.
 
-    The sum of the differences' errors is minimized, not of their squares (reweighted in `rounds`):
-    where a piece does not meet the rim there is an edge, and its color does not spread over the
-    hole.
+    The sum of the differences' absolute errors is minimized instead of their squares (reweighted in
+    `rounds`). So a piece that does not match the rim gives an edge, and its color does not spread
+    over the hole.
     """
     number = np.full(hole.shape, -1)
     number[hole] = np.arange(hole.sum())
@@ -340,11 +346,11 @@ def _solved(
     trusted: FloatArray,
     start: FloatArray,
 ) -> FloatArray:
-    """Colors (n, 3) of the hole's pixels by weighted least squares.
+    """Solve for the colors (n, 3) of the hole's pixels by weighted least squares.
 
-    `pairs` are the pixels (m, 2) of each difference, `numbers` (m,) theirs within the hole or -1,
-    `step` (m, 3) the difference `trusted` (m,) its weight, and `start` (n, 3) the colors where
-    nothing else is known.
+    `pairs` are the pixels (m, 2) of each difference, and `numbers` (m,) their indices in the hole
+    or -1. `step` (m, 3) is the difference, `trusted` (m,) its weight, and `start` (n, 3) are the
+    colors where nothing else is known.
     """
     from scipy.sparse import coo_matrix
 

@@ -28,7 +28,7 @@ from a2v.types import BoolArray, ByteArray, FloatArray, Subject
 
 @dataclass(frozen=True)
 class PerceptionSettings:
-    """How the person is found.
+    """Settings of finding the person.
 
     Attributes
     ----------
@@ -48,7 +48,8 @@ class PerceptionSettings:
         Use the body map network as well (`a2v.perception.bodymap`): it finds landmarks in 3D and
         the place on the body of each pixel.
     band : float
-        How far refinement may move the mask's contour, fraction of the person's height.
+        Largest distance by which refinement moves the mask's contour, as a fraction of the person's
+        height.
     """
 
     confidence: float = 0.5
@@ -91,12 +92,12 @@ def find_person(
     keypoints : (33, 3), optional
         Landmarks in pixels of the photo (`a2v.perception.read_openpose`). They replace the
         detector's.
-    settings, corrections : corrections count instead of all that was seen or given
+    settings, corrections : corrections replace detected and given values
 
     Raises
     ------
     InputError
-        Nobody found, or mask, keypoints or corrections that do not fit the photo.
+        Nobody is found, or mask, keypoints or corrections do not fit the photo.
     """
     settings, (height, width) = settings or PerceptionSettings(), _size_of(photo)
     given_mask = _mask_of_alpha(photo) if mask is None else _check_mask(mask, height, width)
@@ -127,7 +128,7 @@ def find_person(
     if bodymap is not None:
         points, points_3d = mended(cropped, points_3d, bodymap, keep=given_points is not None)
     points, points_3d = correct_landmarks(points, points_3d, own)
-    # the detector decides which landmarks are hidden or outside of the photo
+    # the detector decides which landmarks are occluded or outside of the photo
     warnings += _warn(alpha_crop, place_landmarks(cropped, own), points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
@@ -212,7 +213,7 @@ def _size_of(photo: ByteArray) -> tuple[int, int]:
 
 
 def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: int) -> FloatArray:
-    """The user's mask (H, W) as float32 in [0, 1], without islands."""
+    """Return the user's mask (H, W) as float32 in [0, 1], without islands."""
     if mask.shape != (height, width):
         got = f"{mask.shape[1]} x {mask.shape[0]}" if mask.ndim == 2 else str(mask.shape)
         raise InputError(f"the mask has {got} pixels; expected the photo's {width} x {height}")
@@ -222,7 +223,7 @@ def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: in
             "the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)"
         )
     if not (values > 0.5).any():
-        raise InputError("the mask is empty; expected white where the person is")
+        raise InputError("the mask is empty; expected white on the person")
     return np.where(keep_person(values > 0.5) | (values <= 0.5), values, 0).astype(np.float32)
 
 
@@ -233,8 +234,8 @@ def _cut_out(
     crop: tuple[int, int, int, int],
     max_side: int,
 ) -> tuple[ByteArray, FloatArray, FloatArray]:
-    """Picture, mask and landmarks inside `crop`, the longer side reduced to at most `max_side`
-    pixels."""
+    """Return picture, mask and landmarks inside `crop`, reduced to a longer side of at most
+    `max_side` pixels."""
     left, top, right, bottom = crop
     scale = min(1.0, max_side / max(right - left, bottom - top))
     size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))

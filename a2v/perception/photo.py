@@ -25,7 +25,7 @@ MAX_BYTES = 512 << 20
 _EXIF = 0x8769
 """EXIF's own directory."""
 _FOCAL_35 = 0xA405
-"""Its tag FocalLengthIn35mmFilm."""
+"""The tag FocalLengthIn35mmFilm in EXIF's directory."""
 _FOCAL = (8.0, 1200.0)
 """Smallest and largest possible focal length, millimeters."""
 
@@ -45,17 +45,17 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     data : bytes
         The file's content (JPEG, PNG, WebP, TIFF, BMP, GIF, PPM).
     name : str
-        What error messages call it, usually the file's name.
+        Name in error messages, usually the file's.
 
     Returns
-    -------
-    (H, W, 3) uint8, or (H, W, 4) where the photo has an alpha channel that is not opaque
-    everywhere; row 0 is the top.
+    ------- (H, W, 3) uint8, or (H, W, 4) if the photo has an alpha channel that is not fully
+    opaque; row 0 is the top.
 
     Raises
     ------
     InputError
-        No image, damaged or truncated, under `MIN_SIDE` or over `MAX_PIXELS`.
+        The data is not an image, damaged or truncated, or its size is under `MIN_SIDE` or over
+        `MAX_PIXELS`.
     """
     pixels = _decode(data, name, minimum=MIN_SIDE)
     if pixels.shape[2] == 4 and (pixels[..., 3] == 255).all():
@@ -64,8 +64,8 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 
 
 def focal_length(data: bytes) -> float | None:
-    """The focal length in an encoded photo's EXIF data, as for 35 mm film, millimeters; None if it
-    is missing or impossible."""
+    """Return the focal length in a photo's EXIF data, 35 mm equivalent, millimeters; None if it is
+    missing or impossible."""
     from PIL import Image
 
     with warnings.catch_warnings():
@@ -75,19 +75,19 @@ def focal_length(data: bytes) -> float | None:
                 focal = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
         except (
             Exception
-        ):  # Pillow raises many kinds for damaged tags; a photo is one without them too
+        ):  # Pillow raises many kinds of errors for damaged tags; a photo is valid without them
             return None
     return focal if _FOCAL[0] <= focal <= _FOCAL[1] else None
 
 
 def decode_mask(data: bytes, name: str = "mask") -> FloatArray:
-    """Decode an encoded mask to (H, W) float32 in [0, 1]: its alpha channel where it has one, else
-    its brightness.
+    """Decode an encoded mask to (H, W) float32 in [0, 1]: its alpha channel if present, else its
+    brightness.
 
     Raises
     ------
     InputError
-        As `decode_photo`.
+        See `decode_photo`.
     """
     pixels = _decode(data, name, minimum=1)
     if pixels.shape[2] == 4 and (pixels[..., 3] != 255).any():
@@ -108,7 +108,7 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore"
-        )  # Pillow warns of sizes that are refused below anyway, and of odd metadata
+        )  # Pillow warns about sizes that are refused below, and about unusual metadata
         try:
             Image.init()
             image: PillowImage = Image.open(
@@ -116,7 +116,7 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             )
         except Image.DecompressionBombError:
             raise InputError(f"{name} is far too large; {too_large}") from None
-        except Exception:  # Pillow's plug-ins raise many kinds for damaged headers
+        except Exception:  # Pillow's plug-ins raise many kinds of errors for damaged headers
             raise InputError(
                 f"{name} is not an image that can be read; expected a JPEG, PNG or WebP photo"
             ) from None

@@ -1,4 +1,4 @@
-"""Check a person's mask with mediapipe's segmenters of people, which need no pose."""
+"""Check a person's mask by mediapipe's segmenters of people, which do not depend on the pose."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LIMB_LANDMARKS = [
 
 
 class Segmenter(Solution):
-    """One of mediapipe's segmenters; `wide`: that for wide pictures."""
+    """One of mediapipe's segmenters; `wide` selects the one for wide pictures."""
 
     def __init__(self, *, wide: bool) -> None:
         self._wide = wide
@@ -37,15 +37,16 @@ class Segmenter(Solution):
         return solutions.selfie_segmentation.SelfieSegmentation(model_selection=int(self._wide))
 
     def probability(self, picture: ByteArray) -> FloatArray:
-        """Probability of people (H, W) float32 at the pixels of `picture` (H, W, 3) uint8."""
+        """Return the probability of people (H, W) float32 at the pixels of `picture` (H, W, 3)
+        uint8."""
         with silenced():
             result = self._graph.process(np.ascontiguousarray(picture))
         return np.asarray(result.segmentation_mask, np.float32)
 
 
 def probability_of_people(picture: ByteArray) -> FloatArray:
-    """The smaller of both segmenters' probabilities (H, W) at the pixels of `picture` (H, W, 3)
-    uint8."""
+    """Return the smaller of both segmenters' probabilities (H, W) at the pixels of `picture` (H, W,
+    3) uint8."""
     found = []
     for wide in (False, True):
         with Segmenter(wide=wide) as segmenter:
@@ -54,7 +55,8 @@ def probability_of_people(picture: ByteArray) -> FloatArray:
 
 
 def may_lack_parts(person: Detection) -> bool:
-    """Whether the detector's confidence of a limb is low, or a limb lies outside of the mask."""
+    """Return whether the detector's confidence of a limb is low, or a limb lies outside of the
+    mask."""
     height, width = person.mask.shape
     limbs = person.keypoints[_LIMB_LANDMARKS]
     columns, rows = (

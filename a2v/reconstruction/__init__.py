@@ -1,9 +1,9 @@
-"""From the person in the photo to a closed, colored surface.
+"""Reconstruct the person in the photo as a closed, colored surface.
 
-Backends give the same `a2v.types.Surface`: `body_prior_surface` pushes a fitted body out to the
+All backends give an `a2v.types.Surface`. `body_prior_surface` pushes a fitted body out to the
 silhouette. `extract_surface` makes a closed mesh from any signed distance field. `color_surface`
-colors any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhere. Heavy
-packages are imported when first used.
+colors visible places from the photo and the others by Eq. 14 (`solve_colors`). Heavy packages are
+imported at their first use.
 """
 
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface

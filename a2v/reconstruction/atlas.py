@@ -21,7 +21,7 @@ _DENSITY = np.array([1.0, 0.7, 0.7, 0.7, 0.7, 0.6])  # the front has the resolut
 
 @dataclass(frozen=True)
 class Atlas:
-    """The place of each triangle in the texture.
+    """The position of each triangle in the texture.
 
     Attributes
     ----------
@@ -169,8 +169,8 @@ def _charts(
 
 
 def _shelves(boxes: FloatArray, size: int) -> FloatArray | None:
-    """Lower left corners (N, 2) of `boxes` (N, 2) packed on shelves, tallest first; None if they do
-    not fit."""
+    """Pack `boxes` (N, 2) on shelves, tallest first, and return their lower left corners (N, 2);
+    None if they do not fit."""
     if (boxes > size).any():
         return None
     places = np.zeros_like(boxes)

@@ -22,9 +22,9 @@ from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 BAND = 256
-"""Rows of the texture that are colored at once; bounds memory."""
+"""Number of rows of the texture that are colored at a time; bounds memory."""
 STRAND = 0.05
-"""Largest detail of hair that is continued, sRGB."""
+"""Largest detail of hair that is continued over unseen hair, sRGB."""
 
 
 def bake(
@@ -35,10 +35,10 @@ def bake(
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: trusted colors of the photo, else the
-    colors of the mesh.
+    """Return the texture (size, size, 3) uint8 and its coordinates: trusted colors of the photo,
+    else the colors of the mesh.
 
-    With several photos, each place takes the most trusted one (`mixed`).
+    With several photos, each texel takes the most trusted one (`mixed`).
     """
     size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
     normals, colors = mesh.normals, mesh.colors
@@ -50,7 +50,7 @@ def bake(
     )
 
     def fill(top: int) -> None:
-        """Give colors to the rows of the texture from `top` on; each band writes its own rows."""
+        """Color the rows of the texture from `top` on; each band writes only its own rows."""
         rows, columns = np.nonzero(atlas.face[top : top + BAND] >= 0)
         if not len(rows):
             return
@@ -100,16 +100,17 @@ def bake(
     with ThreadPoolExecutor(thread_count()) as threads:
         list(threads.map(fill, range(0, size, BAND)))
     filled_texel = _with_slivers(texture, atlas, colors[faces])
-    # carry the charts' borders on, so that filtering and mipmaps see no gaps
+    # extend the charts beyond their borders, so that filtering and mipmaps show no gaps
     index = nearest_known(filled_texel)
     return atlas.uv, texture[index[0], index[1]]
 
 
 def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
-    """Which texels (size, size) of a texture have colors, after slivers between texels' centers
-    have theirs, of the faces' `corners` (F, 3, 3).
+    """Return which texels (size, size) of a texture have colors, after coloring slivers between
+    texel centers.
 
-    They would read whatever lies near: each gets a spot of its own color in the padding.
+    `corners` (F, 3, 3) are those of the faces. A sliver would show the color of any chart nearby,
+    so each gets a colored spot of its own in the padding.
     """
     filled = np.asarray(atlas.face >= 0)
     missed = np.setdiff1d(np.arange(len(corners)), atlas.face[filled])
@@ -125,8 +126,11 @@ def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> Boo
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
-    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines
-    through them is not continued."""
+    """Return the detail (n, 3), on hair without its hue.
+
+    Strands of hair differ only in brightness; the color of what is visible between them is not
+    continued.
+    """
     hair = labels == HAIR
     detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
     return detail

@@ -1,5 +1,8 @@
 """Draw borders between materials (skin, cloth, hair, shoes) as smooth curves at the resolution of
-the texture: vertices are too far apart for that."""
+the texture.
+
+Vertices are too far apart for that.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 _ROUNDS = 5
 """Number of rings over which the shares of materials are averaged, which smooths their borders."""
 _GUESSED = 14
-"""Number of further rings in unseen places: guessed borders have no corners."""
+"""Number of further rings on the unseen side, where borders are guessed and so get no corners."""
 _SOFT = 0.08
 """Difference of shares over which one material turns into the next: about 2 mm."""
 

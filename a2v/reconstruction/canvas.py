@@ -34,11 +34,12 @@ _FADE = 0.006
 _SURE = 0.12
 """Largest scale at which a place of the body map gives a part."""
 _MIXED = 0.7
-"""Share of its surroundings in the body map from which on a pixel belongs to another part."""
+"""If other parts have this share around a pixel of the body map, the pixel belongs to another
+part."""
 _DOUBTFUL = 0.07
 """Distance from another part up to which the color of a pixel is compared, meters."""
 _DEEP = 0.02
-"""Depth within a part from which on pixels give its colors, meters."""
+"""Pixels at least this deep within a part give its colors, meters."""
 _MOVING = ("hand", "lower_arm", "shin", "foot")
 """Parts that often occlude others, or are occluded, so that small errors of the fit matter."""
 _ALIKE = 9.0
@@ -55,7 +56,8 @@ _LEAST = 30
 _CLOTH = 0.4
 """Share of cloth that looks like skin above which both are not separated."""
 _HEM = 0.1
-"""Distance from cloth in front of legs up to which it may hang otherwise in the photo, meters."""
+"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
+meters."""
 STEP = 2
 """Side of the squares of pixels of the photo that are treated as one."""
 
@@ -90,7 +92,8 @@ class Canvas:
     loose: BoolArray | None = None
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
-        """Whether (N,), 0 to 1, the `pixels` (N, 2) of the photo belong to the `parts` (N,)."""
+        """Return, from 0 to 1, whether the `pixels` (N, 2) of the photo belong to the `parts`
+        (N,)."""
         _, height, width = self.agreement.shape
         column = np.clip(pixels[:, 0] / STEP, 0, width - 1).astype(np.int64)
         row = np.clip(pixels[:, 1] / STEP, 0, height - 1).astype(np.int64)
@@ -98,7 +101,7 @@ class Canvas:
 
 
 def strangers() -> BoolArray:
-    """Which parts (P, P) do not grow into each other."""
+    """Return which pairs of parts (P, P) do not grow into each other."""
     apart = ~np.eye(len(PARTS), dtype=bool)
     for pair in PART_NEIGHBORS:
         first, second = map(PARTS.index, pair)
@@ -131,21 +134,21 @@ class Clues:
     loose: BoolArray
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
-        """Pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do not grow
-        into each other."""
+        """Return the pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do
+        not grow into each other."""
         return np.asarray(self.taken | self.arms[self.better & apart[part]].any(axis=0))
 
     def within(self, part: int) -> BoolArray | None:
-        """The only pixels (h, w) that may belong to a part; None for all. Fingers are too thin for
-        a margin here."""
+        """Return the only pixels (h, w) that may belong to a part; None for all. Fingers are too
+        thin for a margin here."""
         own = self.arms[part] if self.better[part] else None
         if self.skin is None or not PARTS[part].endswith("hand"):
             return own
         return self.skin if own is None else np.asarray(own & self.skin)
 
     def tone(self, image: ByteArray) -> FloatArray | None:
-        """Color (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of all skin;
-        None if unknown."""
+        """Return the color (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of
+        all skin; None if unknown."""
         import cv2
 
         if self.skin is None or not self.skin.any():
@@ -171,8 +174,8 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
 
 
 def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:
-    """Which pixels (h, w), every `STEP`-th, of the person's mask show the background, or things
-    that hands hold."""
+    """Return the pixels (h, w), every `STEP`-th, of the person's mask that show the background or
+    held objects."""
     shown = body_shown(body, subject, camera)
     scale = camera.scale / STEP
     return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
@@ -243,10 +246,10 @@ def part_agreement(
 
 
 def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
-    """Restrict the pixels around the hem of cloth that is `hanging` (h, w): legs take only `skin`
-    (h, w), and the cloth only other pixels, because the cloth hangs otherwise in the photo.
+    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
 
-    `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
+    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
+    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
     """
     import cv2
 
@@ -268,7 +271,7 @@ class _Palettes:
         moving = np.array([name.endswith(_MOVING) for name in PARTS])
         self.asked = apart & (
             moving[:, None] | moving
-        )  # the skin of a neckline is that of the face, but belongs to the trunk
+        )  # the skin of a neckline has the face's color, but belongs to the trunk
         self.samples: list[FloatArray] = []
         for part in range(len(PARTS)):
             others = np.isin(shown, np.flatnonzero(apart[part]))
@@ -279,11 +282,12 @@ class _Palettes:
             self.samples.append(found[:: max(1, len(found) // _SAMPLES)])
         hands = [number for number, name in enumerate(PARTS) if name.endswith("hand")]
         both = np.concatenate([self.samples[number] for number in hands])
-        for number in hands:  # both hands are alike, and small
+        for number in hands:  # both hands have the same color, and are small
             self.samples[number] = both
 
     def of_others(self, part: int, asked: BoolArray) -> BoolArray:
-        """Which (n,) of the pixels `asked` (h, w) look more like another part than like `part`."""
+        """Return which (n,) of the pixels `asked` (h, w) look more like another part than like
+        `part`."""
         from scipy.spatial import cKDTree
 
         own = self.samples[part]
@@ -322,7 +326,8 @@ def parts_shown(
 
 
 def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:
-    """Share (P, h, w) of each part around each pixel of the body map; 0 where it is not sure."""
+    """Return the share (P, h, w) of each part around each pixel of the body map; 0 if it is
+    uncertain."""
     import cv2
     from scipy.spatial import cKDTree
 

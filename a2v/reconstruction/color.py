@@ -182,7 +182,7 @@ def color_surface(
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
-            "the photo's camera sees nothing of the surface; "
+            "the surface is not visible to the photo's camera; "
             "do surface, camera and photo belong together?"
         )
     photo.known = known
@@ -237,7 +237,7 @@ def color_surface(
         continued = _continued(
             photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near
         )
-    # the band: grazing places of the photo, and places right behind the silhouette
+    # the band: grazing places of the photo, and places just behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
     if continued is not None:
@@ -377,7 +377,7 @@ def _check_given(
 
 
 def _head(spots: Spots | None) -> BoolArray | None:
-    """Which vertices (V,) belong to head and neck; None if the spots are not known."""
+    """Return which vertices (V,) belong to head and neck; None if the spots are not known."""
     return None if spots is None else on_parts(spots.parts, "head", "neck")
 
 

@@ -59,7 +59,7 @@ def head_box(
         return None
     eye_line = float(eyes[:, 1].mean())
     drop = float(mouth[:, 1].mean()) - eye_line
-    # in profile the landmarks of the face are close together: its height is a safer measure than
+    # in profile the landmarks of the face are close together, so its height is a safer measure than
     # its width
     unit = max(drop, 0.5 * float(np.ptp(sides[:, 0])), 1.0)
     rows = np.nonzero(subject.mask.max(axis=1) > 0.5)[0]
@@ -76,7 +76,7 @@ def seen_face(
     known: BoolArray,
     head: BoolArray | None,
 ) -> tuple[BoolArray, FloatArray | None]:
-    """Which vertices (V,), at `pixels` (V, 2), lie in the face, and the color (3,) of its cheeks
+    """Find the vertices (V,), at `pixels` (V, 2), in the face, and the color (3,) of its cheeks
     (None if they are not visible).
 
     `colors` (V, 3) are those of the photo at the vertices, `known` (V,) the visible vertices,
@@ -96,8 +96,10 @@ def seen_face(
 
 
 def skin_of_hands(colors: FloatArray) -> FloatArray | None:
-    """Color (3,) of the skin by the colors of the hands (n, 3). None if these are too few, or of
-    gloves: skin is reddish to yellow."""
+    """Return the color (3,) of the skin from the colors of the hands (n, 3).
+
+    None if these are too few, or the color of gloves: skin is reddish to yellow.
+    """
     if len(colors) < 40:
         return None
     color = np.median(colors, axis=0)
@@ -186,8 +188,8 @@ def mirrored_prior(
 def _in_box(
     pixels: FloatArray, box: tuple[float, float, float, float, float], above: float
 ) -> BoolArray:
-    """Which pixels (V, 2) lie in the box of a head (`head_box`), or up to `above` pixels over
-    it."""
+    """Return which pixels (V, 2) lie in the box of a head (`head_box`), or up to `above` pixels
+    over it."""
     left, top, right, chin, eye_line = box
     return np.asarray(
         (pixels[:, 0] > left)
@@ -220,7 +222,7 @@ def _behind_ears(
         smoothstep(-ahead, -0.6, 0.0),
         smoothstep(-row, -(look.eye_line - 0.3 * forehead), -(look.eye_line - 0.5 * forehead)),
     )
-    # the neck is no sphere around the middle of the head: its normals are used
+    # the neck is not a sphere around the middle of the head, so its normals are used
     away = normals[:, 0] * np.sin(angle) + normals[:, 2] * np.cos(angle)
     low = smoothstep(row, look.nape - 0.2 * look.unit, look.nape + 0.2 * look.unit)
     return np.asarray((1 - low) * behind + low * smoothstep(-away, -0.3, 0.2))

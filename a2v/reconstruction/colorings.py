@@ -99,7 +99,7 @@ def color_by_network(
     """
     if person.expected_colors is None:
         raise InputError(
-            "this backend has no colors of its own; choose another one for the coloring 'network'"
+            "this backend predicts no colors; choose another one for the coloring 'network'"
         )
     known = np.isfinite(person.expected_colors).all(axis=1)
     colors = np.where(

@@ -3,8 +3,8 @@
     min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x -
     c_x'||_2 ]
 
-The norms are not squared, so a few wrong prior colors do not bleed; in the transition band only
-the second term counts. Solved by ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then
+The norms are not squared, so a few wrong prior colors do not bleed; in the transition band only the
+second term counts. It is solved by ADMM (Boyd et al. 2011): one sparse factorization (`splu`), then
 only back-substitutions and shrinkages.
 """
 
@@ -26,9 +26,9 @@ class ColorProblem:
     Attributes
     ----------
     prior : (V, 3)
-        c^p, read where ``free & ~band``.
+        c^p; used where ``free & ~band``.
     neighbors : (V, N) int
-        N_x; rows of fixed vertices are not read.
+        N_x; rows of fixed vertices are not used.
     free : (V,) bool
         O and the band: vertices whose colors are unknown.
     band : (V,) bool
@@ -174,8 +174,8 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
     )
     operator = sp.vstack([difference[:, free], pick]).tocsr()
 
-    # A patch without any fixed neighbor or prior may have any color: a whisper of the start
-    # decides.
+    # A patch without any fixed neighbor or prior may have any color. A tiny weight on its starting
+    # color decides.
     normal = (operator.T @ operator).tocsc()
     parts, label = connected_components(normal, directed=False)
     tied = np.zeros(parts, bool)
@@ -196,8 +196,11 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
 
 
 def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Both ends (P,) of the pairs (x, x') of Eq. 14, and how often each pair occurs: it becomes one
-    norm with the summed weight."""
+    """Return both ends (P,) of the pairs (x, x') of Eq. 14, and the number of occurrences of each
+    pair.
+
+    Equal pairs become one norm with the summed weight.
+    """
     count = len(neighbors)
     tail = np.repeat(np.nonzero(free)[0], neighbors.shape[1])
     head = neighbors[free].ravel().astype(np.int64)
@@ -255,7 +258,7 @@ def _minimise(
                 break
             if (
                 iteration % 50 == 0 and iteration <= 600
-            ):  # balance the two; the factorisation does not depend on rho
+            ):  # balance the two residuals; the factorization does not depend on rho
                 if primal > 5 * backward:
                     rho, dual = rho * 2, dual / 2
                 elif backward > 5 * primal:

@@ -1,9 +1,9 @@
 """A closed, even mesh from a signed distance field: coarse-to-fine evaluation, marching cubes and
 clean-up.
 
-Every backend ends here. The field is evaluated where the surface can be and nowhere else (octree
-style, on nested regular grids); what is far away keeps the sign of the level above, so the result
-is that of a dense evaluation.
+All backends use it. The field is evaluated only near its surface (as in an octree, on nested
+regular grids). Distant points keep the sign of the coarser level, so the result equals that of a
+dense evaluation.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ cut off far from the surface."""
 
 @dataclass(frozen=True)
 class ExtractionSettings:
-    """How a field becomes a mesh.
+    """Settings of the extraction of a mesh.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class ExtractionSettings:
 
     @property
     def levels(self) -> int:
-        """How often the coarsest grid, of 48 to 95 cells, is halved."""
+        """Number of times that the coarsest grid, of 48 to 95 cells, is halved."""
         return int(np.log2(self.resolution / 48))
 
 
@@ -91,11 +91,11 @@ class SampledField:
     Attributes
     ----------
     values : (nx, ny, nz) float32
-        Meters, negative inside; exact at every corner of a cell that the surface crosses, of the
-        right sign elsewhere.
+        Meters, negative inside. They are exact at every corner of a cell that the surface crosses,
+        and elsewhere have the right sign.
     grid : Grid
     evaluations : int
-        Points at which the field was evaluated; a dense evaluation takes ``values.size``.
+        Number of evaluated points; a dense evaluation takes ``values.size``.
     """
 
     values: FloatArray
@@ -110,15 +110,15 @@ def extract_surface(
     settings: ExtractionSettings | None = None,
     progress: Progress | None = None,
 ) -> tuple[FloatArray, IntArray]:
-    """The zero level of a field as a closed mesh: `sample_field`, `mesh_grid`, then
+    """Extract the zero level of a field as a closed mesh: `sample_field`, `mesh_grid`, then
     `snap_to_level`.
 
     Parameters
     ----------
     field : Field
     bounds : (2, 3)
-        Least and largest corner of the box to look in, meters. A surface that leaves it is closed
-        at its border.
+        Least and largest corners of the box to search, meters. A surface that leaves the box is
+        closed at its border.
     settings : ExtractionSettings, optional
     progress : Progress, optional
 
@@ -131,7 +131,7 @@ def extract_surface(
     Raises
     ------
     InputError
-        The bounds are no box, the field is not finite, or it has no surface in them.
+        The bounds are not a box, the field is not finite, or it has no surface in the box.
     """
     settings = settings or ExtractionSettings()
     total = settings.levels + 2
@@ -163,14 +163,14 @@ def sample_field(
     settings: ExtractionSettings | None = None,
     progress: Progress | None = None,
 ) -> SampledField:
-    """Evaluate a field coarse to fine, near its surface only.
+    """Evaluate a field from coarse to fine, only near its surface.
 
-    A cell is refined where its corners differ in sign, or, but for the finest level, where one of
-    them is so near to the surface that it could cross the cell unseen (`ExtractionSettings.slack`).
-    As long as the surface runs into a cell that was not evaluated, this cell is, so that thin
-    parts, and fields that are no true distances, are followed.
+    A cell is refined if its corners differ in sign. On all but the finest level it is also refined
+    if a corner is so near to the surface that the surface could cross the cell unnoticed
+    (`ExtractionSettings.slack`). If the surface leads into a cell that was not evaluated, this cell
+    is evaluated, too. So thin parts are followed, and fields that are not true distances work.
 
-    Parameters, errors: as `extract_surface`.
+    For parameters and errors see `extract_surface`.
     """
     settings = settings or ExtractionSettings()
     box = np.asarray(bounds, np.float64)
@@ -182,7 +182,7 @@ def sample_field(
     levels = settings.levels
     cell = float((box[1] - box[0]).max()) / settings.resolution
     step = cell * 2**levels
-    # one coarse cell on every side: the surface closes within the grid
+    # one coarse cell more on every side, so that the surface closes within the grid
     cells = np.ceil((box[1] - box[0]) / step - 1e-9).astype(np.int64) + 2
     origin = box.mean(axis=0) - 0.5 * step * cells
     values = np.zeros(cells + 1, np.float32)
@@ -190,7 +190,7 @@ def sample_field(
     evaluations = 0
     for level in range(levels + 1):
         if level:
-            # at last only cells that the surface is known to cross: the others are reached from
+            # at the finest level only cells that the surface crosses: the others are reached from
             # these
             near = (
                 _crossed(values)
@@ -218,7 +218,7 @@ def sample_field(
 
 
 def _evaluate(field: Field, points: FloatArray, chunk: int) -> FloatArray:
-    """Values (N,) float32 at points (N, 3)."""
+    """Return values (N,) float32 at points (N, 3)."""
     out = np.empty(len(points), np.float32)
     for start in range(0, len(points), chunk):
         part = points[start : start + chunk].astype(np.float32)
@@ -243,19 +243,19 @@ def _corners(nodes: np.ndarray) -> list[np.ndarray]:
 
 
 def _crossed(values: FloatArray) -> BoolArray:
-    """Cells whose corners differ in sign."""
+    """Return which cells have corners of both signs."""
     inside = _corners(values < 0)
     return np.asarray(np.logical_or.reduce(inside) & ~np.logical_and.reduce(inside))
 
 
 def _near_cells(values: FloatArray, reach: float) -> BoolArray:
-    """Cells that the surface may cross: corners of both signs, or one nearer than `reach`
-    meters."""
+    """Return which cells the surface may cross: those with corners of both signs, or with one
+    nearer than `reach` meters."""
     return np.asarray(_crossed(values) | np.logical_or.reduce(_corners(np.abs(values) < reach)))
 
 
 def _nodes_of(cells: BoolArray) -> BoolArray:
-    """Nodes (n + 1) that are corners of marked cells (n)."""
+    """Return which nodes (n + 1) are corners of marked cells (n)."""
     nodes = np.zeros(tuple(size + 1 for size in cells.shape), bool)
     for corner in _corners(nodes):
         corner |= cells
@@ -263,7 +263,7 @@ def _nodes_of(cells: BoolArray) -> BoolArray:
 
 
 def _halved(values: FloatArray) -> FloatArray:
-    """Values on the grid of half the spacing: the old nodes, and trilinear means between them,
+    """Return values on a grid of half the spacing: the old nodes, and trilinear means between them,
     which keep their sign."""
     for axis in range(3):
         ahead = np.moveaxis(values, axis, 0)
@@ -308,7 +308,7 @@ def mesh_grid(
     """
     from skimage.measure import marching_cubes
 
-    limit = np.float32(0.02 * grid.cell)  # a vertex on a node would make triangles without area
+    limit = np.float32(0.02 * grid.cell)  # a vertex on a node would make triangles of zero area
     kept = np.asarray(values, np.float32)
     kept = np.where(np.abs(kept) < limit, np.where(kept < 0, -limit, limit), kept)
     if not (kept < 0).any():
@@ -332,8 +332,11 @@ def snap_to_level(
     rounds: int = 2,
     chunk: int = 65_536,
 ) -> FloatArray:
-    """Vertices (V, 3) moved along their normals by the field's value, at most `reach` meters a
-    round; where faces would cross they stay."""
+    """Move vertices (V, 3) along their normals by the field's value, at most `reach` meters per
+    round.
+
+    Vertices whose faces would cross others stay.
+    """
     placed = np.asarray(vertices, np.float64)
     for _ in range(rounds):
         placed = placed - np.clip(_evaluate(field, placed, chunk), -reach, reach)[

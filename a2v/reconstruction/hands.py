@@ -1,5 +1,7 @@
-"""Sew the hands of the body into the surface: a field that is sampled every half a centimeter gives
-mittens whose fingers cannot move."""
+"""Sew the hands of the body into the surface.
+
+A field that is sampled every half centimeter gives mittens, whose fingers cannot move.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction
 _BEYOND = 0.012
 """Distance beyond the wrist at which the patch begins, meters along the hand."""
 _GAP = 0.008
-"""Distance before the patch at which the surface ends, meters: room for the strip between both."""
+"""Distance between the patch and the end of the surface, meters: room for the strip between
+them."""
 _REACH = 0.3
 """Distance from the wrist beyond which nothing is cut, meters."""
 _AROUND = 0.085
@@ -27,8 +30,8 @@ _AROUND = 0.085
 than a hand."""
 _LEAST_RIM = 12
 _FARTHEST = 0.08
-"""Distance of the surface from the hand of the body above which it holds something, or the fit is
-wrong, meters."""
+"""If the surface is farther than this from the body's hand, it holds an object or the fit is wrong,
+meters."""
 _SHIFTED = 0.04
 """Largest distance between the wrists of surface and body, meters."""
 _STRETCHED = (0.75, 1.3)
@@ -116,8 +119,8 @@ class HandPatch:
 
 @functools.cache
 def hand_patch(letter: str) -> HandPatch:
-    """The hand of a side, ".L" or ".R", found once on Anny at rest: there no bent finger reaches
-    back over the wrist."""
+    """Return the hand of a side, ".L" or ".R". It is found once on Anny at rest, where no bent
+    finger reaches back over the wrist."""
     import torch
 
     from a2v.body.registry import load_body_model
@@ -173,8 +176,12 @@ def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | N
 def _covered(
     vertices: FloatArray, body: Body, patch: HandPatch, wrist: FloatArray
 ) -> BoolArray | None:
-    """Which vertices (V,) of the surface belong to the hand: those whose nearest vertex of the body
-    does, beyond the begin of the strip. None if one of them is far from it."""
+    """Return which vertices (V,) of the surface belong to the hand; None if one of them is far from
+    the body's hand.
+
+    These are the vertices whose nearest vertex of the body belongs to the hand, beyond the start of
+    the strip.
+    """
     from scipy.spatial import cKDTree
 
     near = np.flatnonzero(np.linalg.norm(vertices - wrist, axis=1) < _REACH)

@@ -69,8 +69,10 @@ class HeadLook:
         self.hair_end = self._hair_end(person)
 
     def _toward_skin(self, colors: FloatArray, hair: FloatArray) -> FloatArray:
-        """Position of CIELAB colors (..., 3) between `hair` (0) and the skin (1) by hue: glossy
-        hair and striped hats are no skin."""
+        """Return the position of CIELAB colors (..., 3) between `hair` (0) and the skin (1) by hue.
+
+        By hue, glossy hair and striped hats do not count as skin.
+        """
         hue = np.array([0.15, 1.0, 1.0])
         way = (self.skin - hair) * hue
         share: FloatArray = ((colors - hair) * hue) @ way / max(float(way @ way), 1e-6)
@@ -78,7 +80,7 @@ class HeadLook:
 
     @staticmethod
     def _nearer(colors: FloatArray, one: FloatArray, other: FloatArray) -> BoolArray:
-        """Which CIELAB colors (..., 3) are nearer to `one` than to `other`; lightness counts
+        """Return which CIELAB colors (..., 3) are nearer to `one` than to `other`; lightness counts
         half."""
         return np.asarray(
             np.linalg.norm((colors - one) * _SHADE, axis=-1)
@@ -86,7 +88,8 @@ class HeadLook:
         )
 
     def _window(self, row: int, low: float, high: float) -> FloatArray:
-        """Colors of a row from `low` to `high` units beside the middle, both sides."""
+        """Return the colors of a row from `low` to `high` units beside the middle, on both
+        sides."""
         columns = np.arange(self._lab.shape[1])
         distance = np.abs(columns - self.middle) / self.unit
         found: FloatArray = self._lab[row, (distance >= low) & (distance <= high)]

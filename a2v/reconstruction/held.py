@@ -1,4 +1,4 @@
-"""Find pixels of the person's mask that show what a hand holds: a bag, a phone, a ball."""
+"""Find pixels of the person's mask that show an object in a hand: a bag, a phone, a ball."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Subject
 _WRISTS = (15, 16)
 """BlazePose's wrists."""
 _SURE = 0.5
-"""Landmarks of less confidence are left out."""
+"""Landmarks of less confidence than this are not used."""
 _REACH = 0.5
-"""A held thing lies within this distance of a hand, meters."""
+"""A held object lies within this distance of a hand, meters."""
 _HAND = 0.06
 """It begins within this distance of a hand, meters."""
 _OWN = 0.32
@@ -22,25 +22,26 @@ _STRANGE = 14.0
 _COMMON = 0.004
 """Share of samples of the same color from which on a color is common."""
 _SAMPLES = 2000
-"""Samples of the person, at most."""
+"""Largest number of samples of the person."""
 _ROUNDED = 3.0
 """Colors that are rounded to the same multiple of this, CIELAB units, are compared once."""
 _LEAST = 0.004
-"""A thing shows at least this area in front of the body, and beside it, square meters."""
+"""A held object shows at least this area in front of the body, and beside it, square meters."""
 _MOST = 0.16
-"""And at most this area in all: larger is the background."""
+"""It shows at most this area in all: a larger one is background, square meters."""
 _OPENED = 0.006
-"""Bridges up to twice this, meters, do not join two things."""
+"""Bridges up to twice this, meters, do not connect two objects."""
 _CLOSED = 0.02
-"""Gaps up to twice this, meters, do not split one."""
+"""Gaps up to twice this, meters, do not split an object."""
 _BORDER = 0.03
-"""What comes this near to the end of `_REACH`, meters, continues beyond it: the background."""
+"""A region that comes this near to the end of `_REACH` continues beyond it, so it is background,
+meters."""
 
 
 def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
-    """Which pixels (h, w) of the person's mask show a thing that a hand holds.
+    """Return which pixels (h, w) of the person's mask show an object that a hand holds.
 
-    A thing begins at a hand, ends within `_REACH` of it, lies in front of the fitted body (not of
+    An object begins at a hand, ends within `_REACH` of it, lies in front of the fitted body (not of
     its head) and beside it, and has colors that neither the rest of the person nor the background
     has.
 
@@ -92,8 +93,8 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
 
 
 def _from_hands(subject: Subject, shown: IntArray) -> FloatArray:
-    """Distance (h, w), pixels, from the nearest hand of the body or wrist in the photo; infinite if
-    neither is visible."""
+    """Return the distance (h, w), pixels, from the nearest hand of the body or wrist in the photo;
+    infinite if neither is visible."""
     import cv2
 
     at = np.isin(shown, [number for number, name in enumerate(PARTS) if name.endswith("hand")])
@@ -108,7 +109,7 @@ def _from_hands(subject: Subject, shown: IntArray) -> FloatArray:
 
 
 def _common(colors: FloatArray, own: FloatArray) -> BoolArray:
-    """Which colors (n, 3) are common among the samples (m, 3)."""
+    """Return which colors (n, 3) are common among the samples (m, 3)."""
     from scipy.spatial import cKDTree
 
     samples = own[:: max(1, len(own) // _SAMPLES)]

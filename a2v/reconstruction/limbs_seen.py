@@ -1,5 +1,5 @@
-"""Find arms, hands and bare feet in the photo by landmarks and skin, even if the fitted body holds
-its arms otherwise."""
+"""Find arms, hands and bare feet in the photo by landmarks and skin color, even if the fitted arms
+are elsewhere."""
 
 from __future__ import annotations
 
@@ -24,24 +24,25 @@ _OFF = 0.06
 """Distance of elbow or wrist from their landmarks above which the fit of an arm is wrong,
 meters."""
 _BEHIND = -0.12
-"""Depth of a wrist relative to its shoulder below which the trunk may hide it, meters."""
+"""Depth of a wrist relative to its shoulder below which the trunk may occlude it, meters."""
 _SKIN_HUES = (25.0, 85.0)
 """Range of the hue of skin, degrees in CIELAB: reddish to yellow."""
 _CHROMA = 8.0
 """Smallest chroma of skin, CIELAB units."""
 _HUE = np.array([0.35, 1.0, 1.0])
-"""Weights of lightness, a and b: hands lie in other light than the face."""
+"""Weights of lightness, a and b: the light on hands differs from that on the face."""
 _LIKE = 15.0
 """Largest distance of skin from the color of the face, CIELAB units."""
 _GLOVE = 0.25
 """Share of skin below which hands wear gloves."""
 _BARE_FEET = 0.85
-"""Feet are bare where at least this share of what each shows, and of the shins above the ankles, is
-like the face's skin: shoes of the skin's color are more common than feet without any."""
+"""Feet are bare if at least this fraction of each foot's pixels, and of the shins' above the
+ankles, have the face's skin color. Shoes of that color are more common than bare feet without
+such shins."""
 _ANKLE = 0.12
 """Shins up to this height above the ankle are compared, meters."""
 _FEW = 30
-"""Pixels of a foot, and of a shin, that are needed."""
+"""Smallest number of pixels of a foot, and of a shin."""
 _FINGERS = (
     (0, 1, 2, 3, 4),
     (0, 5, 6, 7, 8),
@@ -108,8 +109,8 @@ def arms_by_landmarks(
 
 
 def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
-    """Which pixels (h, w), every `step`-th, look like the skin of the face. None if the face is not
-    visible or the hands wear gloves.
+    """Return which pixels (h, w), every `step`-th, look like the skin of the face. None if the face
+    is not visible or the hands wear gloves.
 
     Parameters
     ----------
@@ -147,7 +148,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
 
 
 def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
-    """Whether the photo shows feet without shoes; False if it does not show enough.
+    """Return whether the photo shows feet without shoes; False if it does not show enough.
 
     Parameters
     ----------
@@ -186,8 +187,11 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin: hair and
-    shadow are darker. None if few have such a hue."""
+    """Return the tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin;
+    None if there are few.
+
+    The darker half is hair and shadow.
+    """
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     skin = lab[
         (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _CHROMA)

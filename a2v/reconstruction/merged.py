@@ -1,5 +1,5 @@
-"""Merge colors of one person from several photos: each place takes those of the photo that sees it
-best, in the exposure of the main photo."""
+"""Merge colors of one person from several photos: each place takes the best view, in the exposure
+of the main photo."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _LEAST = 60
 _EXPOSURE = (0.4, 2.5)
 """Smallest and largest factor between the exposures of two photos."""
 _TINT = (0.75, 1.33)
-"""Smallest and largest factor of a channel relative to the middle one: a back in another color does
-not mean another light."""
+"""Smallest and largest factor of a channel relative to the middle one. A back of another color is
+not another light."""
 _CLIPPED = (0.02, 0.97)
 """Colors below and above these values, sRGB, are not used for the exposure."""
 _SHARP = 4
-"""Power of the trust by which photos are blended: nearly only the one that sees a place best
+"""Power of the trust by which photos are blended; high, so that mainly the best view of a place
 counts."""
 _FACE = 3
 """Number of rings of vertices over which the other photos fade out around the face."""
@@ -146,8 +146,10 @@ def mixed(
 def on_vertices(
     trust: FloatArray, known: BoolArray, colors: FloatArray, others: Sequence[OtherPhoto]
 ) -> tuple[BoolArray, FloatArray]:
-    """Which vertices (V,) any photo shows well, and their colors (V, 3) from the photos that see
-    them best; all other vertices keep the colors of the main photo."""
+    """Return which vertices (V,) any photo shows well, and their colors (V, 3) from the best views.
+
+    All other vertices keep the colors of the main photo.
+    """
     every = known.copy()
     for other in others:
         every |= other.known
@@ -167,9 +169,10 @@ def exposure(
     """Factor (3,), linear RGB, from the exposure of another photo to that of the main one.
 
     `main` and `other` are the vertices (V,) that each shows well, and their colors (V, 3). For
-    every part but the head, whose sides are face and hair, the medians of both photos are compared.
-    The factor is the median over the parts, weighted by their vertices. The seam between two views
-    would be closer, but there both views are grazing, and light from the side changes the colors.
+    every part except the head, whose sides are face and hair, the medians of both photos are
+    compared. The factor is the median over the parts, weighted by their vertices. The seam between
+    two views is not used, because there both views are grazing, and light from the side changes the
+    colors.
     """
     ratios, counts = [], []
     for part in np.unique(canvas.parts):

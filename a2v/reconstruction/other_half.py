@@ -1,5 +1,4 @@
-"""Use the visible half of a head for the hidden one: heads are alike on both sides, in the texture,
-too."""
+"""Use the visible half of a head for the occluded one: heads are symmetric, also in the texture."""
 
 from __future__ import annotations
 
@@ -16,12 +15,13 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
-"""Ratios of how squarely a place and the mirrored one face the camera. Below the first ratio the
-place takes the colors of the mirrored one, from the second one on its own."""
+"""Ratios of how directly a place and its mirror image face the camera. Below the first ratio the
+place takes the colors of its mirror image, above the second its own."""
 
 
 def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
-    """Which vertices (V,) of head and neck are not `known` (V,), but the mirrored ones are."""
+    """Return which vertices (V,) of head and neck are not `known` (V,) while their mirror images
+    are."""
     return np.asarray(on_parts(canvas.parts, *HEAD) & ~known & known[canvas.twin])
 
 

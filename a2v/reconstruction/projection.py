@@ -1,4 +1,4 @@
-"""Project a photo onto a surface: the color of each point, and how far to trust it."""
+"""Project a photo onto a surface: the color of each point, and how reliable it is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subje
 
 
 class PhotoProjection:
-    """A photo projected onto a surface: its clean colors, and how far to trust them at a point."""
+    """A photo projected onto a surface: its clean colors, and their reliability at a point."""
 
     canvas: Canvas | None = None
     known: BoolArray
@@ -25,8 +25,8 @@ class PhotoProjection:
         self.clean = clean_colors(subject)
         height, width = subject.mask.shape
         depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
-        # the nearest depth around a pixel: at an occluding edge the surface behind takes no color
-        # of the one in front
+        # the nearest depth around a pixel, so that at an occluding edge the surface behind does not
+        # take the color of the one in front
         self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
         person = (subject.mask > 0.5).astype(np.uint8)
         self.inner = cv2.distanceTransform(
@@ -59,16 +59,17 @@ class PhotoProjection:
         return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
 
     def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
-        """Whether nothing lies more than `tolerance` meters in front of the points (N, 3), and they
-        are inside the photo."""
+        """Return whether nothing is more than `tolerance` meters in front of the points (N, 3), and
+        they are inside the photo."""
         u, v, within = self._pixel(points)
         return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
 
     def trust(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """From 0 (unseen, grazing, or at the silhouette) to 1 (seen squarely) at points (N, 3)."""
+        """Return the trust from 0 (unseen, grazing, or at the silhouette) to 1 (seen directly) at
+        points (N, 3)."""
         u, v, within = self._pixel(points)
         facing = np.clip((normals[:, 2] - 0.12) / 0.28, 0, 1)
         inner = np.clip(self.inner[v, u] / self.edge - 0.5, 0, 1)
-        # softly closed behind occluding edges
+        # smooth step behind occluding edges
         behind = np.clip((points[:, 2] + 0.02 - self.depth[v, u]) / 0.012, 0, 1)
         return np.asarray(smoothstep(facing, 0, 1) * inner * behind * within)

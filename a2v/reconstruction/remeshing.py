@@ -1,4 +1,4 @@
-"""Even triangles for a closed mesh, and a mesh without faces that cut each other (pymeshlab)."""
+"""Even triangles for a closed mesh, and removal of self-intersections (pymeshlab)."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ from a2v.geometry.mesh import is_closed, keep_pieces, piece_of_faces
 from a2v.types import BoolArray, FloatArray, IntArray
 
 LEAST_VERTICES = 25_000
-"""A person's surface never has fewer vertices: hands and faces would go."""
+"""Smallest number of vertices of a person's surface. With fewer, hands and faces would
+disappear."""
 
 
 def even_out(
     vertices: FloatArray, faces: IntArray, target: int, *, smoothing: int = 4
 ) -> tuple[FloatArray, IntArray]:
-    """A closed mesh with about `target` vertices in even triangles: decimation by quadrics, then
-    flips and tangential smoothing.
+    """Remesh a closed mesh to about `target` vertices in even triangles.
 
-    Small surfaces are subdivided (Loop) first.
+    The steps are decimation by quadrics, flips and tangential smoothing. Small surfaces are
+    subdivided (Loop) first.
 
     Parameters
     ----------
     vertices : (V, 3) meters, faces : (F, 3)
-        Closed, outward: of marching cubes, for example.
+        Closed and facing outward, for example from marching cubes.
     target : int
     smoothing : int
-        Rounds of Taubin smoothing before; half as many follow.
+        Rounds of Taubin smoothing before the decimation; half as many follow it.
 
     Returns
     -------
     vertices, faces
-        Closed, in as many pieces as before, and free of self-intersections wherever they can be cut
+        Closed, with the same number of pieces, and free of self-intersections if they can be cut
         out and patched.
 
     Raises
@@ -55,7 +56,7 @@ def even_out(
     pieces = _count_pieces(vertices, faces)
     states = [(np.asarray(vertices), np.asarray(faces)), *_clean_up(meshes, target, smoothing)]
     if pieces == 1:
-        states[-1] = keep_pieces(*states[-1])  # what was cut off goes
+        states[-1] = keep_pieces(*states[-1])  # remove the pieces that were cut off
     for found in reversed(states):
         if is_closed(*found) and _count_pieces(*found) == pieces:
             while len(found[0]) < LEAST_VERTICES:
@@ -67,8 +68,8 @@ def even_out(
 
 
 def _clean_up(meshes: Any, target: int, smoothing: int) -> list[tuple[FloatArray, IntArray]]:
-    """Smooth, decimate to `target` vertices, even out and untangle pymeshlab's current mesh:
-    vertices and faces after each step."""
+    """Smooth, decimate to `target` vertices, even out and untangle pymeshlab's current mesh;
+    returns the mesh after each step."""
     import pymeshlab
 
     def smooth(rounds: int) -> None:
@@ -111,8 +112,8 @@ def _count_pieces(vertices: FloatArray, faces: IntArray) -> int:
 
 
 def without_crossings(placed: FloatArray, vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Moved vertices `placed` (V, 3), but where faces cross there the vertices (V, 3) stay where
-    they were."""
+    """Return the moved vertices `placed` (V, 3), with vertices (V, 3) of crossing faces moved
+    back."""
     placed = placed.copy()
     for _ in range(8):
         crossing = self_intersections(placed, faces)
@@ -126,7 +127,7 @@ def without_crossings(placed: FloatArray, vertices: FloatArray, faces: IntArray)
 
 
 def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Whether each face (F,) cuts another one that is not its neighbor."""
+    """Return whether each face (F,) intersects a face that is not its neighbor."""
     import pymeshlab
 
     meshes: Any = pymeshlab.MeshSet(verbose=False)
@@ -136,8 +137,7 @@ def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
 
 
 def _cut_self_intersections(meshes: Any, rounds: int = 4) -> None:
-    """Delete faces that run into each other, with a growing ring around them, and close the
-    holes."""
+    """Delete intersecting faces with a growing ring around them, and close the holes."""
     for turn in range(rounds):
         meshes.compute_selection_by_self_intersections_per_face()
         if meshes.current_mesh().selected_face_number() == 0:

@@ -2,9 +2,10 @@
 
 Color is albedo times shading. The shading is one number per point: irradiance as a function of the
 normal, spherical harmonics of second order (Ramamoorthi and Hanrahan, SIGGRAPH 2001), times a power
-of how open the point lies. The albedo takes few values (Horn 1974; Retinex): the
-visible colors fall into `_STUFFS` groups, each of one albedo. Both are fitted alternately and
-robustly. Colors keep their hue, since all three channels are divided by the same number.
+of the openness of the point (its ambient visibility). The albedo takes few values (Horn 1974;
+Retinex): the visible colors fall into `_STUFFS` groups, each of one albedo. Both are fitted
+alternately and robustly. Colors keep their hue, since all three channels are divided by the same
+number.
 """
 
 from __future__ import annotations
@@ -154,9 +155,7 @@ def _grouped(colors: FloatArray) -> IntArray:
     from skimage.color import rgb2lab
 
     lab = np.round(rgb2lab(colors) * np.array([_LIGHTNESS, 1, 1]), 1)
-    count = min(
-        _STUFFS, len(np.unique(lab, axis=0))
-    )  # it cannot make more groups than there are colors
+    count = min(_STUFFS, len(np.unique(lab, axis=0)))  # there cannot be more groups than colors
     _, group = kmeans2(lab, count, minit="++", iter=20, seed=0)
     return np.asarray(np.unique(group, return_inverse=True)[1]).ravel()
 

@@ -25,12 +25,12 @@ background."""
 _RATIO = 0.6
 """Largest ratio of this distance to that from the nearest sample of the person."""
 _SAMPLES = 6000
-"""Samples of each kind, at most."""
+"""Largest number of samples of each kind."""
 
 
 def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
-    """Which pixels (h, w) of the person's mask look like the background, and not like the person
-    next to them.
+    """Return which pixels (h, w) of the person's mask look like the background, and not like the
+    person next to them.
 
     Parameters
     ----------

@@ -10,12 +10,12 @@ from a2v.reconstruction.canvas import Canvas
 from a2v.types import BoolArray, FloatArray, IntArray
 
 RIM = (0.015, 0.035)
-"""Distances from well visible places up to which the colors of the photo continue, and from which
-on a given prior holds, meters."""
+"""Distances from visible places: up to the first the colors of the photo continue, and from the
+second on a given prior holds, meters."""
 _TONED = 15
-"""Smallest number of vertices that give the tone of skin or hair."""
+"""Smallest number of vertices for the tone of skin or hair."""
 _AROUND = 150
-"""Number of visible vertices that give the color of a hidden one."""
+"""Number of visible vertices that give the color of an occluded one."""
 TONE = np.array([0.6, 0.75, 0.75])
 """Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
 
@@ -63,9 +63,11 @@ def even_tones(
 def without_strangers(
     expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
 ) -> FloatArray:
-    """Replace expected colors (V, 3) of vertices whose pixel shows another part by the median of
-    the nearest visible vertices on the same limb at rest. The nearest one alone lies in the shadow
-    of the occluding part."""
+    """Replace expected colors (V, 3) of vertices whose pixel shows another part.
+
+    They get the median color of the nearest visible vertices on the same limb at rest. A single
+    nearest vertex would often lie in the shadow of the occluding part.
+    """
     from scipy.spatial import cKDTree
 
     lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)

@@ -1,8 +1,9 @@
 """Rendering on the CPU: the stage, the four cameras that follow, denoising, and video files.
 
-`choose_variant` finds what works here; `Renderer(surface, settings).render(vertices, camera)` makes
-pictures; `follow_cameras` aims; `write_video` and its siblings write. See ``docs/rendering.md``.
-Importing this package imports neither Mitsuba nor PyAV.
+`choose_variant` finds the Mitsuba variant that works on this machine. `Renderer(surface,
+settings).render(vertices, camera)` renders a picture. `follow_cameras` places the cameras.
+`write_video`, `write_gif` and `write_webp` write files. See ``docs/rendering.md``. Importing this
+package imports neither Mitsuba nor PyAV.
 """
 
 from a2v.rendering.camera import (
@@ -15,7 +16,7 @@ from a2v.rendering.camera import (
 )
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
-from a2v.rendering.framing import Framing
+from a2v.rendering.framing import Framing, extreme_points
 from a2v.rendering.images import contact_sheet, side_by_side, with_caption
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
@@ -48,6 +49,7 @@ __all__ = [
     "choose_variant",
     "contact_sheet",
     "denoise",
+    "extreme_points",
     "follow_cameras",
     "probe_video",
     "read_cameras",

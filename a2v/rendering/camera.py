@@ -1,5 +1,5 @@
-"""Perspective cameras, the four that follow the character, and cameras of one's own out of a small
-YAML file."""
+"""Perspective cameras: the four that follow the character, and custom ones from a small YAML
+file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from a2v.rendering.framing import Framing, Subject
 from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
 AZIMUTHS = {"front": 0.0, "back": 180.0, "left": 90.0, "right": -90.0}
-"""Where the cameras of `VIEWS` stand, degrees from the front: a person who faces +z has its left at
+"""Azimuths of the cameras of `VIEWS`, degrees from the front. A person who faces +z has its left at
 +x."""
 
 
@@ -31,11 +31,11 @@ class ViewCamera(Record):
     Attributes
     ----------
     origin, target : tuple of 3 float
-        Where it stands and what it looks at, meters, world.
+        Position of the camera and the point that it looks at, meters, world.
     up : tuple of 3 float
         Direction that is up in the picture.
     fov : float
-        Field of view, degrees, the same across and up.
+        Field of view, degrees, the same horizontally and vertically.
     """
 
     origin: tuple[float, float, float]
@@ -67,10 +67,9 @@ class ViewCamera(Record):
         return np.stack([right, np.cross(backward, right), backward])
 
     def project(self, points: FloatArray, size: int) -> FloatArray:
-        """Pixels (..., 2), u to the right and v down, of points (..., 3) in meters; the first
-        pixel's center is (0.5, 0.5).
+        """Project points (..., 3) in meters to pixels (..., 2): u to the right and v down.
 
-        Points behind the camera give NaN.
+        The center of the first pixel is (0.5, 0.5). Points behind the camera give NaN.
         """
         local = (np.asarray(points, np.float64) - self.origin) @ self.axes.T
         depth = np.where(local[..., 2] < 0, -local[..., 2], np.nan)
@@ -83,31 +82,31 @@ class ViewCamera(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath(Record):
-    """How one view's camera moves over a clip. Angles are degrees.
+    """How the camera of one view moves over a clip. Angles are degrees.
 
-    Either it stands around the character (`azimuth`, `elevation`, `turn`, `distance`, `follow`), or
-    at a place of the world (`origin`): there it looks at `target`, or turns after the character
-    where none is given.
+    A camera either stands around the character (`azimuth`, `elevation`, `turn`, `distance`,
+    `follow`) or at a fixed point of the world (`origin`). A camera at `origin` looks at `target`;
+    without a `target` it turns to follow the character.
 
     Attributes
     ----------
     name : str
         Name of the view and of its files.
     azimuth : float
-        Where it stands: 0 in front of the person as it faces in the mean over the clip, 90 at its
-        left, 180 behind.
+        Direction from the character to the camera: 0 is in front of the person, 90 at its left, 180
+        behind. The front is the person's mean facing over the clip.
     elevation : float
-        Height above the horizon as an angle, below 90 and above -90.
+        Angle above the horizon, between -90 and 90, both excluded.
     turn : float
-        How far it goes around the character over the whole clip, towards the person's left; 360
-        gives a turntable that loops.
+        Angle by which the camera moves around the character over the whole clip, toward the
+        person's left. 360 gives a turntable that loops.
     fov : float
         Field of view.
     distance : float or None
-        From the character's middle, meters; None: the least at which the whole body keeps a border
-        at every frame.
+        Distance from the character's middle, meters. None: the least distance at which the whole
+        body is inside the margin in every frame.
     follow : bool
-        Go along with the character; False: stand still and see its whole path.
+        True: the camera moves with the character. False: it stands still and shows the whole path.
     origin, target : tuple of 3 float or None
         Meters, world.
     """
@@ -154,13 +153,15 @@ class CameraPath(Record):
         placed = self.azimuth, self.elevation, self.turn, self.distance, self.follow
         if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
             raise InputError(
-                f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, "
+                f"{where} has an origin, so it is fixed; leave out azimuth, elevation, turn, "
                 "distance and follow"
             )
 
     def toward(self, frames: int, front: float = 0.0) -> FloatArray:
-        """Unit vectors (T, 3) from the character to the camera; `front` is where azimuth 0 is,
-        degrees about +y from +z."""
+        """Return unit vectors (T, 3) from the character to the camera.
+
+        `front` is the direction of azimuth 0, degrees about +y from +z.
+        """
         angle = np.radians(front + self.azimuth + self.turn * np.arange(frames) / frames)
         rise = np.radians(self.elevation)
         return np.stack(
@@ -174,13 +175,14 @@ class CameraPath(Record):
 
 
 TURNTABLE = CameraPath(name="turntable", turn=360.0, elevation=6.0)
-"""Once around the character while it moves; a clip of one pose makes the classical turntable."""
+"""One turn around the character while it moves. A clip of a single pose gives the classic
+turntable."""
 
 MAX_CAMERA_FILE = 1 << 16
 
 
 def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
-    """Cameras of a YAML file: names, and under each the fields of `CameraPath`.
+    """Read cameras from a YAML file: names, and under each the fields of `CameraPath`.
 
     ::
 
@@ -191,8 +193,8 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     Raises
     ------
     InputError
-        The file cannot be read, is no YAML mapping, or has an unknown field or an unusable value;
-        file and camera are named.
+        The file cannot be read, is not a YAML mapping, or has an unknown field or an unusable
+        value; The message names the file and the camera.
     """
     import difflib
 
@@ -217,10 +219,10 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
             raise InputError(
-                f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: "
-                f"30, elevation: 12}}"
+                f"{path}: camera {brief(name)} is not a mapping; expected fields such as "
+                f"{{azimuth: 30, elevation: 12}}"
             )
-        if name in VIEWS or name in (TURNTABLE.name, "video"):  # files are named so
+        if name in VIEWS or name in (TURNTABLE.name, "video"):  # files have these names
             raise InputError(f"{path}: the name '{name}' is taken; choose another one")
         values: dict[str, Any] = {}
         for key, value in (given or {}).items():
@@ -266,7 +268,7 @@ def check_views(views: Sequence[str], cameras: Sequence[CameraPath] = ()) -> Non
     Raises
     ------
     InputError
-        It lists what there is.
+        A view is unknown. The message lists the known ones.
     """
     known = [*VIEWS, TURNTABLE.name, *(camera.name for camera in cameras)]
     if unknown := [view for view in views if view not in known]:
@@ -282,27 +284,26 @@ def follow_cameras(
     fps: float = 30.0,
     framing: Framing = Framing(),  # noqa: B008 - frozen
 ) -> dict[str, tuple[ViewCamera, ...]]:
-    """Cameras that follow the character at half its height, one per frame and view (paper, section
-    4.2.2).
+    """Return cameras that follow the character at half its height (paper, section 4.2.2).
 
-    The four views share one distance per frame and keep their directions over the clip. The
-    standing character takes `Framing.share` of the picture's height; before frames that need more
-    room the cameras ease back. (The paper keeps one distance over the clip.) With
-    ``settings.follow`` off they stand still and see the whole path. A turntable and `cameras` have
-    distances of their own.
+    There is one camera per frame and view. The four views share one distance per frame and keep
+    their directions over the clip. The standing character takes `Framing.share` of the picture's
+    height; the cameras move back smoothly ahead of frames that need more room. (The paper keeps one
+    distance over the clip.) If ``settings.follow`` is False, the cameras stand still and show the
+    whole path. The distances of a turntable and of `cameras` are independent of the four views.
 
     Parameters
     ----------
     track : (T, N, 3) float
-        The character over time, meters: all vertices, or N = 2 for each frame's bounding box (least
-        and greatest corner).
+        The character over time, meters: all vertices, the `extreme_points` of each frame, or
+        N = 2 for the least and greatest corners of each frame's bounding box.
     settings : RenderSettings
         Its `views`, `aspect` and `follow`.
     cameras : sequence of CameraPath
-        What names in `views` besides the built-in ones mean.
+        Custom cameras that `views` may name besides the built-in ones.
     facing : (T,) float or None
-        Angle about +y from +z to where the character faces, radians. The front view stands where it
-        faces in the mean, so that it shows the face more than the back; None: at +z.
+        Angle about +y from +z to the character's facing, radians. The front view stands in the
+        direction of the mean facing, so that it shows the face more than the back. None: at +z.
     fps : float
     framing : Framing
 
@@ -342,10 +343,10 @@ def follow_cameras(
 def _move_camera(
     camera: CameraPath, subject: Subject, front: float, *, needed: FloatArray | None
 ) -> tuple[ViewCamera, ...]:
-    """The camera of each of the T frames along one path.
+    """Return the camera of each of the T frames along one path.
 
-    `front` is where azimuth 0 is, degrees about +y from +z. `needed` (T,) are the distances in
-    meters that the four standing views share; None: the path has distances of its own.
+    `front` is the direction of azimuth 0, degrees about +y from +z. `needed` (T,) are the distances
+    in meters that the four built-in views share; None: the path has its own distances.
     """
     frames = len(subject.path)
     if camera.origin is not None:
@@ -370,12 +371,12 @@ def _move_camera(
 
 
 def mean_facing(facing: FloatArray, frames: int) -> float:
-    """The angle that has the largest mean cosine to angles (T,), degrees; 0 where they cancel out.
+    """Return the angle with the largest mean cosine to angles (T,), degrees; 0 if they cancel out.
 
     Raises
     ------
     InputError
-        There is not one finite angle for each of the `frames`.
+        The number of angles is not `frames`, or one is not finite.
     """
     angles = np.asarray(facing, np.float64)
     if angles.shape != (frames,) or not np.isfinite(angles).all():

@@ -1,4 +1,4 @@
-"""The person and its shadow without the stage, to be laid over anything."""
+"""The person and its shadow without the stage, to be composited over any picture."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
-"""What linear red, green and blue give to brightness (BT.709)."""
+"""Weights of linear red, green and blue in the luminance (BT.709)."""
 
 SHADOW_FLOOR = 0.02
-"""Shadows fainter than this fraction of the light count as noise (measured: see
+"""Shadows fainter than this fraction of the light count as noise (measured; see
 docs/rendering.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cutout:
-    """The person and its shadow, to be laid over anything; linear light, float32.
+    """The person and its shadow, to be composited over any picture; linear light, float32.
 
-    `color` (H, W, 3) is the person's, times `alpha` (H, W), the fraction of the pixel that it
-    covers; `shade` (H, W) in [0, 1] is the fraction of its light that the ground keeps.
+    `color` (H, W, 3) is the person's color times `alpha` (H, W), the fraction of each pixel that
+    the person covers. `shade` (H, W) in [0, 1] is the fraction of its light that the ground keeps.
     """
 
     color: FloatArray
@@ -34,15 +34,18 @@ class Cutout:
     def of(
         cls, person: FloatArray, share: FloatArray, alpha: FloatArray, shade: FloatArray
     ) -> Cutout:
-        """From what the person gives to each pixel (H, W, 3), the `share` (H, W) of its samples
-        that hit the person, how much of it the person covers and the light that the ground keeps.
-        At the rim the color is continued from the pixels beside it that show nothing else.
+        """Build a cutout from the traced light of the person.
+
+        `person` (H, W, 3) is the person's light in each pixel, `share` (H, W) the fraction of its
+        samples that hit the person, `alpha` (H, W) the fraction that the person covers, and `shade`
+        (H, W) the fraction of its light that the ground keeps. Along the rim the color is extended
+        from neighboring pixels that show only the person.
         """
         straight = person / np.maximum(share, 1e-3)[..., None]
         color = continued(straight, share > 0.98, straight)
         kept = np.clip(
             shade / (1 - SHADOW_FLOOR), 0, 1
-        )  # what is left of the renderer's noise is no shadow
+        )  # noise of the renderer does not count as a shadow
         return cls(
             color=np.asarray(color * alpha[..., None], np.float32),
             alpha=alpha,
@@ -50,14 +53,16 @@ class Cutout:
         )
 
     def over(self, background: FloatArray) -> FloatArray:
-        """On a background (H, W, 3) or (3,) in linear RGB: (H, W, 3)."""
+        """Composite over a background (H, W, 3) or (3,) in linear RGB; returns (H, W, 3)."""
         return np.asarray(
             self.color + ((1 - self.alpha) * self.shade)[..., None] * background, np.float32
         )
 
     def rgba(self) -> ByteArray:
-        """(H, W, 4) uint8, sRGB with straight alpha; laid over a picture by the usual blend of sRGB
-        values the shadow is right."""
+        """Return (H, W, 4) uint8, sRGB with straight alpha.
+
+        The alpha is chosen so that the usual blend of sRGB values gives the right shadow.
+        """
         shadow = (1 - self.alpha) * (1 - linear_to_srgb(self.shade))
         opacity = self.alpha + shadow
         straight = self.color / np.maximum(opacity, 1e-4)[..., None]
@@ -67,8 +72,11 @@ class Cutout:
 
 
 def continued(values: FloatArray, known: BoolArray, otherwise: FloatArray | float) -> FloatArray:
-    """`values` (H, W, ...) where `known`, elsewhere the mean of known ones within 1, 2 or 3 pixels,
-    else `otherwise`."""
+    """Return `values` (H, W, ...) with unknown pixels filled.
+
+    Pixels that are not `known` get the mean of the known ones within 1, 2 or 3 pixels, or
+    `otherwise` if there are none.
+    """
     import cv2
 
     shape = (*known.shape, *[1] * (values.ndim - 2))
@@ -85,7 +93,8 @@ def continued(values: FloatArray, known: BoolArray, otherwise: FloatArray | floa
 
 
 def behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray | None:
-    """What is behind a cutout: linear RGB (size, size, 3) or (3,), None for nothing."""
+    """Return the background of a cutout: linear RGB (size, size, 3) or (3,); None if it has
+    none."""
     import cv2
 
     if settings.background == "image":
@@ -102,7 +111,7 @@ def behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray |
         width, height = settings.shape
         scale = min(
             backdrop.shape[1] / width, backdrop.shape[0] / height
-        )  # the largest middle part of the frame's shape
+        )  # the largest centered part with the aspect ratio of the frame
         wide, high = round(scale * width), round(scale * height)
         top, left = (backdrop.shape[0] - high) // 2, (backdrop.shape[1] - wide) // 2
         how = cv2.INTER_AREA if scale > 1 else cv2.INTER_CUBIC

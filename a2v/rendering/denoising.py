@@ -1,4 +1,4 @@
-"""Open Image Denoise on frames, or on the parts of them that hold noise."""
+"""Open Image Denoise on whole frames or on their noisy parts."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from a2v.types import BoolArray, FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Layers:
-    """What the path tracer saw, before denoising, float32.
+    """Layers of a traced picture before denoising, float32.
 
     `color` (H, W, 3) is linear RGB over the backdrop, `albedo` (H, W, 3) the linear reflectance and
-    `normal` (H, W, 3) the direction, world axes, of what is hit first (the ground's where nothing
-    is, so that the horizon is no edge), `alpha` (H, W) how much of the pixel is person or ground.
+    `normal` (H, W, 3) the world normal of the first hit. Where a ray hits nothing, `normal` is the
+    ground's, so that the horizon is no edge. `alpha` (H, W) is the fraction of the pixel that
+    person or ground covers.
     """
 
     color: FloatArray
@@ -26,9 +27,10 @@ class Layers:
 
 
 def denoise(layers: Layers) -> FloatArray:
-    """Open Image Denoise on one frame, guided by albedo and normals; linear RGB (H, W, 3) float32.
+    """Denoise one frame by Open Image Denoise, guided by albedo and normals; linear RGB (H, W, 3)
+    float32.
 
-    Pixels that show nothing but the backdrop are exact already and stay as they are.
+    Pixels that show only the backdrop are exact and remain unchanged.
     """
     import mitsuba_oidn as oidn
 
@@ -45,11 +47,10 @@ def denoise(layers: Layers) -> FloatArray:
 def denoise_parts(
     color: FloatArray, albedo: FloatArray, where: BoolArray, parts: list[Box]
 ) -> FloatArray:
-    """`color` (H, W, 3) with `parts` denoised, each by itself, `where` (H, W) says so; where they
-    lap over each other they are blended.
+    """Denoise each of `parts` of `color` (H, W, 3) by itself, where `where` (H, W) is set.
 
-    The guide is `albedo` (H, W, 3) alone: normals beside it bring nothing here
-    (docs/research/rendering.md).
+    Overlapping parts are blended. The only guide is `albedo` (H, W, 3): normals bring no
+    improvement here (docs/research/rendering.md).
     """
     made, summed, weights = (
         color.copy(),
@@ -65,9 +66,9 @@ def denoise_parts(
 
 
 def denoise_plain(picture: FloatArray, *, border: int = 16) -> FloatArray:
-    """A picture (H, W, 3) of light without edges of things, denoised; float32.
+    """Denoise a picture (H, W, 3) of light that has no object edges; float32.
 
-    It is mirrored at its borders, where the network's colors are off by some levels.
+    The picture is mirrored at its borders, where the network's colors would be off by some levels.
     """
     height, width = picture.shape[:2]
     down, right = -(height + 2 * border) % 16, -(width + 2 * border) % 16

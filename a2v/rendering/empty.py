@@ -1,5 +1,4 @@
-"""The stage without anybody, in closed form: what a camera sees where nobody stands and no shadow
-falls."""
+"""The empty stage in closed form: the picture without the person and its shadow."""
 
 from __future__ import annotations
 
@@ -15,21 +14,24 @@ from a2v.rendering.scene import LookSettings, ground_pattern
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
-"""Where the ground of the stage ends, meters from the origin."""
+"""Distance of the rim of the stage's ground from the origin, meters."""
 
 _COARSE = 128
-"""The light on the ground, which is smooth, is worked out at about this many places each way."""
+"""Approximate number of samples of the light on the ground along each axis; the light is smooth."""
 
 _FINE = (2, 4)
-"""Samples of the ground's lines in a pixel, across and down: far away a pixel is much deeper than
+"""Samples of the ground's lines in a pixel, across and down. A distant pixel is much deeper than
 wide."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Empty:
-    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), the
-    ground's irradiance over pi, `light` (H, W, 3), and the ground point (H, W, 2) as x and z in
-    meters under each pixel's center, with `ground` (H, W) where there is one."""
+    """A camera's view of the empty stage, linear float32.
+
+    `color` and `albedo` are (H, W, 3), `light` (H, W, 3) is the ground's irradiance over pi.
+    `place` (H, W, 2) is the ground point under each pixel's center, x and z in meters, and `ground`
+    (H, W) is set where such a point exists.
+    """
 
     color: FloatArray
     albedo: FloatArray
@@ -39,10 +41,10 @@ class Empty:
 
 
 def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
-    """The empty stage in a picture of `size` x `size` pixels.
+    """Render the empty stage into a picture of `size` x `size` pixels.
 
-    A pixel's light is the ground's irradiance there times its albedo averaged over the pixel (the
-    lines are fine); the lamp's own disk shades sun and sky as it does in the traced stage.
+    The light of a pixel is the ground's irradiance there times the albedo averaged over the pixel
+    (the lines are thin). The lamp's disk occludes sun and sky, as in the traced stage.
     """
     ray = rays(camera, size)
     rise = ray[..., 1]
@@ -55,7 +57,7 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
     light, place = np.zeros_like(color), np.zeros((size, size, 2), np.float32)
     if not ground.any():
         return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)
-    top = int(np.flatnonzero(ground.any(axis=1))[0])  # nothing above the horizon
+    top = int(np.flatnonzero(ground.any(axis=1))[0])  # no ground above the horizon
     below, here = ray[top:], ground[top:]
     reach = np.float32(-camera.origin[1]) / np.where(here, below[..., 1], np.float32(np.inf))
     for axis in (0, 1):
@@ -76,7 +78,8 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
         round(value - camera.target[axis], 9)
         for axis, value in ((0, camera.origin[0]), (2, camera.origin[2]))
     )
-    # as seen from the lamp, which follows the camera's target: the same in every frame that follows
+    # seen from the lamp, which follows the camera's target: equal in all frames of a following
+    # camera
     relative = ViewCamera(
         origin=(foot[0], camera.origin[1], foot[1]),
         target=(0.0, camera.target[1], 0.0),
@@ -89,8 +92,12 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
 
 
 def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
-    """Directions (H, W, 3) float32 through the centers of a picture's pixels, or of squares of
-    `step` pixels that cover it; not unit length."""
+    """Return directions (H, W, 3) float32 through the pixel centers of a picture, not of unit
+    length.
+
+    With `step` above 1 they go through the centers of squares of `step` pixels that cover the
+    picture.
+    """
     right, up, backward = camera.axes.astype(np.float32)
     count = -(-size // step)
     at = (
@@ -103,7 +110,8 @@ def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
 
 
 def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> FloatArray:
-    """What the lines leave of the ground's albedo, (H - top, W), the mean over each pixel."""
+    """Return the factor of the lines on the ground's albedo, (H - top, W), averaged over each
+    pixel."""
     import cv2
 
     if not look.is_patterned:
@@ -112,8 +120,8 @@ def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> Float
     pixels, (across, down) = len(factor), _FINE
     right, up, backward = camera.axes
     unit = np.tan(np.radians(camera.fov) / 2) / (size / 2)
-    # the ray of a sample (i, j) is linear in it, and so is its ground point in homogeneous
-    # coordinates
+    # The ray of a sample (i, j) is linear in i and j, and so is its ground point in homogeneous
+    # coordinates.
     ray = np.stack(
         [
             right * unit / across,
@@ -147,9 +155,10 @@ def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> Float
 
 
 def _printed(look: LookSettings, place: FloatArray) -> FloatArray:
-    """The ground's albedo without its lines, (3,) or (H, W, 3), as its 8-bit texture holds it."""
+    """Return the ground's albedo without its lines, (3,) or (H, W, 3), quantized like its 8-bit
+    texture."""
     if look.ground is not None:
-        return look.ground_at(place)  # rounded, it would show steps
+        return look.ground_at(place)  # quantized, it would show steps
     return (
         look.ground_albedo
         if look.plain_ground
@@ -164,8 +173,10 @@ def _factor(look: LookSettings) -> FloatArray:
 
 @functools.lru_cache(maxsize=16)
 def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
-    """The ground's irradiance over pi (H, W, 3), the lamp hanging over the origin; remembered, as
-    it stays while a camera follows."""
+    """Return the ground's irradiance over pi (H, W, 3) with the lamp over the origin.
+
+    The result is cached: it does not change while a camera follows.
+    """
     import cv2
 
     step = max(1, size // _COARSE)
@@ -181,8 +192,10 @@ def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
 
 
 def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
-    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in meters, the lamp
-    hanging over the origin."""
+    """Return the irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in meters.
+
+    The lamp hangs over the origin.
+    """
     point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
     lamp, sun = look.spot_light(), look.sun_light
     disk, area = lamp.matrix[:3, :2], np.pi * lamp.radius**2
@@ -196,7 +209,7 @@ def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
     free = _sun_seen(look, point, sun, lamp)
     way = (
         sun.center - point
-    )  # the sun of the stage is near enough for its light to fade a little over the ground
+    )  # the stage's sun is near enough that its light fades a little over the ground
     square = (way**2).sum(axis=-1)
     free *= sun.reach**2 * way[:, 1] * (way @ -sun.normal) / square**2
     return np.asarray(
@@ -209,7 +222,8 @@ def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
 def _sun_seen(
     look: LookSettings, point: FloatArray, light: DiskLight, lamp: DiskLight
 ) -> FloatArray:
-    """The part (N,) of the sun's disk that the lamp's disk does not hide from points (N, 3)."""
+    """Return the fraction (N,) of the sun's disk that the lamp's disk does not occlude from points
+    (N, 3)."""
     sun = -light.normal
     across = np.cross(sun, (0.0, 1.0, 0.0) if abs(sun[1]) < 0.9 else (1.0, 0.0, 0.0))
     across /= np.linalg.norm(across)
@@ -224,7 +238,7 @@ def _sun_seen(
 
 
 def _disk(count: int) -> FloatArray:
-    """Points (N, 2) evenly over the unit disk (a sunflower's)."""
+    """Return points (N, 2) spread evenly over the unit disk (sunflower pattern)."""
     at = np.arange(count) + 0.5
     radius, angle = np.sqrt(at / count), at * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

@@ -1,5 +1,4 @@
-"""How cameras that follow a character keep it in the picture: what they aim at, and how far away
-they stand, frame by frame."""
+"""Aim and distance, frame by frame, of the cameras that follow a character."""
 
 from __future__ import annotations
 
@@ -14,21 +13,21 @@ from a2v.types import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Framing(Record):
-    """How large the character is in the picture, and how calmly the camera follows.
+    """Size of the character in the picture, and smoothness of the following camera.
 
     Attributes
     ----------
     fov : float
         Field of view of the built-in views, degrees.
     margin : float
-        Free border on each side that no frame enters, a fraction of the picture.
+        Border on each side that stays free in every frame, a fraction of the picture.
     share : float
-        Standing height over the picture's height; less only in frames that need more room
+        Standing height over the picture's height. It is less only in frames that need more room
         (stretched arms, leaps).
     smoothing : float
         Standard deviation of the Gaussian low-pass on the character's path, seconds.
     ease : float
-        Time over which the camera moves back before a frame that needs more room, seconds.
+        Time over which the camera moves back ahead of a frame that needs more room, seconds.
     height : float or None
         The character's height, meters; None: the median over the clip of the vertical extent, at
         least half of the largest.
@@ -36,7 +35,7 @@ class Framing(Record):
 
     fov: float = 28.0
     margin: float = 0.06
-    share: float = 0.72
+    share: float = 0.68
     smoothing: float = 0.27
     ease: float = 0.8
     height: float | None = None
@@ -56,22 +55,51 @@ class Framing(Record):
 
 RISE = 0.1
 """Height of the lowest point above the ground from which the camera rises with the character,
-meters: steps of a walk stay below."""
+meters. The steps of a walk stay below it."""
+
+
+_DIRECTIONS = 128
+"""Number of directions in which `extreme_points` looks, besides the six axes."""
+
+
+def extreme_points(vertices: FloatArray) -> FloatArray:
+    """Return the vertices that reach farthest in many directions.
+
+    Cameras that keep these points in the picture keep all vertices in it, up to about 1 % of the
+    height. A bounding box needs up to 1.4 times the room if the person stands diagonally in it.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float
+        Meters.
+
+    Returns
+    -------
+    (134, 3) float
+        Vertices, of which some appear several times.
+    """
+    number = np.arange(_DIRECTIONS) + 0.5
+    turn, rise = np.pi * (1 + np.sqrt(5)) * number, 1 - 2 * number / _DIRECTIONS
+    wide = np.sqrt(1 - rise**2)  # a spiral from pole to pole, even on the sphere
+    spiral = np.stack([wide * np.cos(turn), rise, wide * np.sin(turn)], axis=1)
+    directions = np.concatenate([spiral, np.eye(3), -np.eye(3)]).astype(vertices.dtype)
+    return np.asarray(vertices[(vertices @ directions.T).argmax(axis=0)])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """What the cameras film.
+    """The filmed character, in the form that the cameras need.
 
     Attributes
     ----------
     points : (T, N, 3) float64
         The character, or the corners of each frame's bounding box, meters, world.
     path : (T, 3)
-        Smooth path of what cameras aim at: half the character's height above the ground, higher
-        while it is in the air or climbs.
+        Smooth path of the point that cameras aim at: half the character's height above the ground,
+        higher while the character is in the air or climbs.
     still : (T, 3)
-        The middle of the whole clip in every row, at half the character's height or higher.
+        The middle of the whole clip, repeated in every row, at half the character's height or
+        higher.
     height : float
         Meters.
     sides : (float, float)
@@ -92,8 +120,7 @@ class Subject:
     def of(
         cls, track: FloatArray, framing: Framing, *, shape: tuple[int, int], fps: float
     ) -> Subject:
-        """The subject of a track (T, N, 3), N = 2 for the corners of bounding boxes, in pictures of
-        `shape` (width, height).
+        """Build the subject of a track (T, N, 3) in pictures of `shape` (width, height).
 
         Raises
         ------
@@ -138,8 +165,11 @@ class Subject:
         )
 
     def least_distances(self, targets: FloatArray, toward: FloatArray, fov: float) -> FloatArray:
-        """Meters (T,) from `targets` (T, 3) along `toward` (T, 3) from where all of the character
-        is inside the margin, per frame."""
+        """Return the least distance (T,) at which the whole character is inside the margin, meters,
+        per frame.
+
+        The camera is at this distance from `targets` (T, 3) along `toward` (T, 3).
+        """
         reach = (1 - 2 * self.framing.margin) * np.tan(np.radians(fov) / 2)
         right = np.cross((0.0, 1.0, 0.0), toward)
         right /= np.linalg.norm(right, axis=-1, keepdims=True)
@@ -155,18 +185,18 @@ class Subject:
         return np.asarray(np.maximum(needed.max(axis=1), 0.5))
 
     def usual_distance(self, fov: float) -> float:
-        """Meters from where the standing character takes `Framing.share` of the picture's
-        height."""
+        """Return the distance at which the standing character takes `Framing.share` of the
+        picture's height, meters."""
         return float(
             self.height / (2 * self.framing.share * self.sides[1] * np.tan(np.radians(fov) / 2))
         )
 
     def eased_distances(self, needed: FloatArray, fov: float) -> FloatArray:
-        """Distances (T,) that change smoothly and are nowhere less than `needed` (T,) and the usual
+        """Return smooth distances (T,) that are nowhere less than `needed` (T,) and the usual
         distance.
 
-        A running maximum, then a Gaussian that ends where the maximum's window ends: its weighted
-        means cannot fall below `needed`.
+        They are a running maximum smoothed by a Gaussian that is cut off where the window of the
+        maximum ends. So the weighted means cannot fall below `needed`.
         """
         from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
@@ -179,22 +209,25 @@ class Subject:
 
 
 def _aim(low: FloatArray, high: FloatArray, height: float, *, reach: float) -> FloatArray:
-    """Height (T,) that cameras aim at, meters: half the character's `height` above what it stands
-    on, or as far from there as `low` and `high` (T,) need to be within `reach` of it; their middle
-    where both cannot be."""
+    """Return the height (T,) that cameras aim at, meters.
+
+    It is half the character's `height` above its support. If `low` or `high` (T,) would be farther
+    than `reach` from it, it moves just as far as needed; if both cannot be within `reach`, it is
+    their middle.
+    """
     aim = height / 2 + np.maximum(low - RISE, 0)
     lowest, highest = high - reach, low + reach
     return np.asarray(np.where(lowest > highest, (low + high) / 2, np.clip(aim, lowest, highest)))
 
 
 def _smooth_path(center: FloatArray, smoothing: float) -> FloatArray:
-    """A path (T, 3) through a Gaussian of `smoothing` frames."""
+    """Smooth a path (T, 3) with a Gaussian of `smoothing` frames."""
     from scipy.ndimage import gaussian_filter1d
 
     if smoothing <= 0 or len(center) < 2:
         return center
-    # continued at both ends by point reflection, or the camera would lag behind whoever walks into
-    # the clip
+    # The path is extended at both ends by point reflection. Otherwise the camera would lag behind a
+    # character that walks at the start of the clip.
     beyond = min(len(center) - 1, int(4 * smoothing))
     padded = np.pad(center, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
     path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[

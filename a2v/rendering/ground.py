@@ -1,5 +1,7 @@
-"""How much of its light the ground keeps around a person: traced apart from the picture, in cells
-as wide as they are deep on the ground."""
+"""The fraction of its light that the ground keeps around a person.
+
+It is traced separately from the picture, in cells that are as wide as deep on the ground.
+"""
 
 from __future__ import annotations
 
@@ -15,17 +17,21 @@ from a2v.rendering.tracer import Tracer
 from a2v.types import FloatArray, IntArray
 
 _WIDEST = 4
-"""Most pixels of a row in a cell."""
+"""Largest number of pixels of a row in a cell."""
 
 _BORDER = 8
-"""The denoiser gets so many cells more than are shown."""
+"""Number of extra cells on each side of the shown ones for the denoiser."""
 _GRAIN = 16
-"""It begins at multiples of so many cells (its own raster, or a moving picture would flicker)."""
+"""The denoised part begins at multiples of this number of cells, the denoiser's own raster.
+Otherwise a moving picture would flicker."""
 
 
 def cell_width(camera: ViewCamera) -> int:
-    """Pixels of a row that lie as far apart on the ground, at the camera's target, as two rows do:
-    a power of two up to 4."""
+    """Return the number of pixels of a row that span the same distance on the ground as two rows,
+    at the camera's target.
+
+    It is a power of two up to 4.
+    """
     way = np.subtract(camera.origin, (camera.target[0], 0.0, camera.target[2]))
     down = abs(float(way[1])) / max(float(np.linalg.norm(way)), 1e-6)
     return min(_WIDEST, 1 << int(np.log2(1 / min(max(down, 0.05), 1.0))))
@@ -41,13 +47,12 @@ def kept_light(
     *,
     clean: bool = True,
 ) -> FloatArray:
-    """What is left of the empty stage's light on the ground (H, W, 3), by color, 1 where nobody
-    changes it.
+    """Return the fraction of the empty stage's light that the ground keeps (H, W, 3), per color.
 
-    The ground's light is smooth and its pattern is known, so it is traced in cells of several
-    pixels of a row, behind the person too, denoised (`clean`) as a picture of its own and smoothly
-    enlarged. Near what touches the ground it is traced pixel by pixel. Half of `samples` do for
-    each where the ground is seen flatly.
+    It is 1 where nobody changes the light. The ground's light is smooth and its pattern is known.
+    So it is traced in cells of several pixels of a row (also behind the person), denoised as a
+    separate picture if `clean`, and smoothly enlarged. Near contacts with the ground it is traced
+    pixel by pixel. At the largest cell width only half of `samples` are traced.
     """
     size = len(empty.ground)
     kept = np.ones((size, size, 3), np.float32)
@@ -75,7 +80,7 @@ def kept_light(
 
 @dataclass(frozen=True, kw_only=True)
 class _Cells:
-    """Cells of `wide` pixels of a row where `weight` (H, W) is above 0: their `rows` and `columns`
+    """Cells of `wide` pixels of a row where `weight` (H, W) is above 0, at `rows` and `columns`
     (N,)."""
 
     weight: FloatArray
@@ -91,8 +96,10 @@ class _Cells:
         return cls(weight=weight, wide=wide, rows=rows, columns=columns)
 
     def lay(self, light: FloatArray, empty: Empty, kept: FloatArray, clean: bool) -> None:
-        """Lay what irradiance over pi (N, 3) is left of that of the empty stage over `kept` (H, W,
-        3), by weight."""
+        """Blend the kept fraction of the empty stage's light into `kept` (H, W, 3), by weight.
+
+        `light` (N, 3) is the traced irradiance over pi of the cells.
+        """
         import cv2
 
         size, wide = len(kept), self.wide

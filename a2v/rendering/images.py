@@ -1,4 +1,4 @@
-"""Pictures beside each other."""
+"""Pictures side by side and in grids."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from a2v.types import ByteArray
 def side_by_side(
     images: Sequence[ByteArray], *, gap: int = 0, color: tuple[int, int, int] = (255, 255, 255)
 ) -> ByteArray:
-    """Pictures (H, W, 3) uint8 in a row; smaller ones are centered on the tallest.
+    """Place pictures (H, W, 3) uint8 in a row; smaller ones are centered on the tallest.
 
     Raises
     ------
@@ -32,24 +32,24 @@ def contact_sheet(
     gap: int = 4,
     color: tuple[int, int, int] = (255, 255, 255),
 ) -> ByteArray:
-    """Pictures in a grid, row by row, each under its label.
+    """Place pictures in a grid, row by row, each under its label.
 
     Parameters
     ----------
     images : sequence of (H, W, 3) uint8
         Sizes may differ; each is centered in its cell.
     rows, cols : int or None
-        Size of the grid; what is not given follows from the number of pictures.
+        Size of the grid. A missing one follows from the number of pictures.
     labels : sequence of str or None
     gap : int
         Pixels between cells.
     color : tuple of 3 int
-        sRGB of what is between them.
+        sRGB of the gaps.
 
     Raises
     ------
     InputError
-        No picture, one that is not (H, W, 3) uint8, or more than the grid holds.
+        No picture, one that is not (H, W, 3) uint8, or more pictures than the grid holds.
     """
     if not images:
         raise InputError("no picture to put on the sheet")
@@ -88,9 +88,9 @@ def contact_sheet(
 
 
 def with_caption(picture: ByteArray, lines: Sequence[str], *, size: int = 14) -> ByteArray:
-    """A picture (H, W, 3) uint8 with lines of black text on white below it.
+    """Add lines of black text on white below a picture (H, W, 3) uint8.
 
-    The text is `size` pixels tall, or less where a line would be wider than the picture.
+    The text is `size` pixels tall, or smaller if a line would be wider than the picture.
     """
     from PIL import Image, ImageDraw, ImageFont
 

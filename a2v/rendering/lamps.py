@@ -1,4 +1,4 @@
-"""The sun, the spot light and the sky as the tracer samples them."""
+"""The sun, the spot light and the sky, in the form that the tracer samples."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ from a2v.rendering.scene import LookSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Lamps:
-    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance
-    squared over cosines; `fill` is the sky's light overhead, `rest` what the horizon's has more."""
+    """Sun, lamp and fill light of the scene.
+
+    A power is irradiance over pi times distance squared over cosines. `fill` is the sky's light
+    overhead; `rest` is the horizon's light minus the overhead light.
+    """
 
     mi: Any
     center: tuple[Any, Any]
@@ -29,12 +32,14 @@ class Lamps:
 
     @classmethod
     def of(cls, mi: Any, look: LookSettings, camera: ViewCamera) -> Lamps:
-        """The lamp follows the camera's target."""
+        """Build the lamps of a look. The spot light follows the camera's target."""
         lights = (look.sun_light, look.spot_light(camera.target))
         sides = [light.axes * light.radius for light in lights]
         sides[0][
             1
-        ] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
+            # the sun's disk is sampled mirrored, so that seeds give the same noise as in earlier
+            # versions
+        ] *= -1
         vectors = [
             vector
             for light, two in zip(lights, sides, strict=True)
@@ -58,7 +63,7 @@ class Lamps:
         )
 
     def sky(self, way: Any) -> Any:
-        """Light from the sky in directions `way` (`LookSettings.sky`)."""
+        """Return the light of the sky in directions `way` (`LookSettings.sky`)."""
         import drjit as dr
 
         return (
@@ -70,14 +75,14 @@ class Lamps:
     def sun(
         self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
     ) -> tuple[Any, Any]:
-        """What the sun gives, one sample: irradiance over pi, and light that what is there (`made`)
-        mirrors."""
+        """Sample the sun once: irradiance over pi, and the light that the surface (`made`) reflects
+        as gloss."""
         return self._one(0, scene, si, normal, draw, active, made)
 
     def spot(
         self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
     ) -> tuple[Any, Any]:
-        """What the lamp gives, as `sun`."""
+        """Sample the spot light once, as `sun` does."""
         return self._one(1, scene, si, normal, draw, active, made)
 
     def _one(
@@ -111,11 +116,12 @@ class Lamps:
         )
 
     def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
-        """Irradiance over pi from all three, with one ray to one of them.
+        """Estimate the irradiance over pi from all three lights with one ray to one of them.
 
-        What the three give unhidden is known, so that half of it is taken for sure, and three times
-        what the ray finds more or less than half is added (a control variate): less noise than
-        three times what the ray finds.
+        The unoccluded light of the three is known. So half of it is taken as given. Three times
+        half the light of the sampled lamp is added if the ray is free and subtracted if it is
+        occluded (a control variate). This has less noise than three times the light of the sampled
+        lamp.
         """
         import drjit as dr
 
@@ -140,7 +146,7 @@ class Lamps:
             given = dr.select(
                 (here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0
             )
-            total = total + given  # not in place: it began as the sky's
+            total = total + given  # not in place: `total` began as the sky's array
             this = chosen == float(which)
             way, light, reach = (
                 dr.select(this, a, b)

@@ -1,5 +1,5 @@
-"""A copy of a character that weighs little, for pages and notebooks that are kept: fewer triangles,
-a smaller texture, no expressions."""
+"""A small copy of a character for pages and notebooks: fewer triangles, a smaller texture, no
+expressions."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from a2v.types import Character, FloatArray, IntArray, Surface
 
 
 def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) -> Character:
-    """A character of at most so many `triangles`, its texture at most `texture` pixels a side.
+    """Return a copy of a character with at most `triangles` triangles and a texture of at most
+    `texture` pixels a side.
 
     Edges are collapsed where shape and texture change least (Garland and Heckbert 1998, by
-    MeshLab); a new vertex takes color, weights and bones of the nearest old one. The face no
-    longer moves.
+    MeshLab). A new vertex takes color, weights and bones of the nearest old one. The face of the
+    copy has no expressions.
     """
     import cv2
     from scipy.spatial import cKDTree
@@ -53,14 +54,17 @@ def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) 
 
 
 def _collapsed(surface: Surface, triangles: int) -> tuple[FloatArray, IntArray, FloatArray | None]:
-    """Vertices (N, 3), faces (M, 3) and texture coordinates (M, 3, 2) of a surface with at most so
-    many triangles."""
+    """Reduce a surface to at most `triangles` triangles.
+
+    Returns vertices (N, 3), faces (M, 3) and texture coordinates (M, 3, 2) of the triangles'
+    corners.
+    """
     import pymeshlab
 
     meshes: Any = pymeshlab.MeshSet(verbose=False)
     with (
         tempfile.TemporaryDirectory() as folder
-    ):  # MeshLab takes corners of triangles on a texture from files only
+    ):  # MeshLab takes texture coordinates per corner only from files
         write_obj(Path(folder) / "surface.obj", surface)
         meshes.load_new_mesh(str(Path(folder) / "surface.obj"))
     if surface.uv is None:

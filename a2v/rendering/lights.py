@@ -1,5 +1,4 @@
-"""A light as a disk that shines from one side: the sun and the spot light of a scene, which every
-renderer reads."""
+"""A disk that shines from one side: the sun or the spot light of a scene, for all renderers."""
 
 from __future__ import annotations
 
@@ -12,8 +11,8 @@ from a2v.types import FloatArray
 SUN_DISTANCE = 20000.0
 """Distance of the disk that stands for the sun, meters."""
 AIM = (0.0, 0.9, 0.0)
-"""Where the spot light points, meters from the point on the ground below the camera's target: the
-middle of a standing person."""
+"""Point that the spot light is aimed at, meters from the ground point below the camera's target:
+the middle of a standing person."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +26,9 @@ class DiskLight:
         Unit vector to the side that shines.
     radius : float, meters
     reach : float, meters
-        The distance at which `irradiance` holds.
+        The distance at which `irradiance` is given.
     irradiance : (3,) float64
-        Linear RGB over pi, on a surface that faces the disk at `reach`.
+        Irradiance over pi, linear RGB, on a surface that faces the disk at distance `reach`.
     """
 
     center: FloatArray
@@ -40,13 +39,15 @@ class DiskLight:
 
     @property
     def power(self) -> FloatArray:
-        """`irradiance` times the squared distance between surface and rim (3,): E = pi L r^2 / (d^2
-        + r^2), seen face on."""
+        """`irradiance` times the squared distance between surface and rim (3,).
+
+        For a surface that faces the disk, E = pi L r^2 / (d^2 + r^2).
+        """
         return np.asarray(self.irradiance * (self.reach**2 + self.radius**2))
 
     @property
     def radiance(self) -> FloatArray:
-        """Linear RGB (3,) of the disk itself."""
+        """Radiance of the disk, linear RGB (3,)."""
         return np.asarray(self.power / self.radius**2)
 
     @property
@@ -60,7 +61,7 @@ class DiskLight:
 
     @property
     def matrix(self) -> FloatArray:
-        """World from unit disk (4, 4)."""
+        """Matrix (4, 4) from the unit disk to the world."""
         matrix = np.eye(4)
         matrix[:3, :3] = np.stack([*self.axes, self.normal], axis=1) * self.radius
         matrix[:3, 3] = self.center
@@ -68,8 +69,8 @@ class DiskLight:
 
 
 def sun_disk(direction: FloatArray, angle: float, irradiance: FloatArray) -> DiskLight:
-    """The sun in `direction` (3,) with the angular radius `angle`, degrees; see `DiskLight` for
-    `irradiance`."""
+    """Build the sun in `direction` (3,) with the angular radius `angle`, degrees; see `DiskLight`
+    for `irradiance`."""
     way = direction / np.linalg.norm(direction)
     radius = SUN_DISTANCE * float(np.tan(np.radians(angle)))
     return DiskLight(
@@ -84,8 +85,10 @@ def sun_disk(direction: FloatArray, angle: float, irradiance: FloatArray) -> Dis
 def spot_disk(
     position: FloatArray, radius: float, irradiance: FloatArray, *, target: FloatArray
 ) -> DiskLight:
-    """The spot light at `position` (3,) meters from the point on the ground below `target` (3,); it
-    points at `AIM`."""
+    """Build the spot light, aimed at `AIM`.
+
+    `position` (3,) is in meters from the ground point below `target` (3,).
+    """
     foot = np.array([target[0], 0.0, target[2]])
     center, aim = foot + position, foot + np.array(AIM)
     reach = float(np.linalg.norm(np.subtract(position, AIM)))

@@ -1,4 +1,4 @@
-"""Looks: lights, sky and ground by name or from a file of one's own."""
+"""Looks: lights, sky and ground by name or from a custom file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from a2v.plain_yaml import parse_yaml
 from a2v.rendering.scene import LookSettings, Triple
 
 LOOKS = ("studio", "outdoor", "night")
-"""The looks of the package, each a YAML file in the folder `looks`."""
+"""The looks of the package; each is a YAML file in the folder `looks`."""
 
 MAX_LOOK_FILE = 1 << 16
 
@@ -29,25 +29,26 @@ _FIELDS = {
 
 
 def read_look(name: str | os.PathLike[str]) -> LookSettings:
-    """The settings of one of `LOOKS`, or of a YAML file with fields of `LookSettings`; what it
-    leaves out is the studio's.
+    """Read the settings of one of `LOOKS`, or of a YAML file with fields of `LookSettings`.
+
+    Fields that the file leaves out have the values of the studio look.
 
     Raises
     ------
     InputError
-        Neither a look nor a readable file, no YAML mapping, an unknown field or an unusable value;
-        the file is named.
+        `name` is neither a look nor a readable file, the file is not a YAML mapping, or a field is
+        unknown or has an unusable value. The message names the file.
     """
     path = Path(__file__).with_name("looks") / f"{name}.yaml" if name in LOOKS else Path(name)
     if name not in LOOKS and not path.is_file():
         raise InputError(
-            f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML "
-            "file of lights"
+            f"look '{shorten(str(name), 60)}' is not a file; expected {', '.join(LOOKS)}, or a "
+            "YAML file of lights"
         )
     data = read_bytes(path, limit=MAX_LOOK_FILE, empty=True)
     content = parse_yaml(data, path, "YAML", "a few lights")
     if not isinstance(content, dict | None):
-        raise InputError(f"{path} is no mapping; expected fields such as sun: [0.7, 0.7, 0.6]")
+        raise InputError(f"{path} is not a mapping; expected fields such as sun: [0.7, 0.7, 0.6]")
     values: dict[str, Any] = {}
     for key, value in (content or {}).items():
         if key not in _FIELDS:

@@ -1,11 +1,11 @@
-"""What a person is made of, as far as light goes: skin with a soft falloff and a soft gloss, clear
-eyes, all else matt.
+"""How the person's materials reflect light: skin with a soft falloff and a soft gloss, clear eyes,
+all else matte.
 
-Skin lets light in and out again some millimeters away, red further than blue, so the border of
-light on it is soft and reddish. Here the cosine of each color reaches round the border by a part w
-and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps start some millimeters
-above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR 2007) with Schlick's Fresnel
-term.
+Light enters skin and leaves it again some millimeters away, red farther than blue. So the border
+between light and shadow on skin is soft and reddish. Here the cosine of each color reaches around
+that border by a width w and keeps its integral, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the
+lamps start some millimeters above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR
+2007) with Schlick's Fresnel term.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from a2v.geometry.mesh import evened
 from a2v.types import MATERIALS, BoolArray, FloatArray, IntArray, Surface
 
 EYE = 2.0
-"""The mark of a wet surface; skin is 1, anything else 0."""
+"""Value of wet surfaces; skin is 1, anything else 0."""
 
 WRAP = (0.26, 0.12, 0.07)
-"""How far light goes round the border on skin, red, green and blue."""
+"""Width w by which light reaches around the shadow border on skin: red, green, blue."""
 
 _LIFT = 0.004
-"""How far above the skin a ray to a lamp begins, meters."""
+"""Height above the skin at which a ray to a lamp starts, meters."""
 
 _ROUGH = 0.22
 """Width of the lobe of skin (GGX's alpha)."""
@@ -35,33 +35,32 @@ _CLEAR = 0.07
 """Width of the lobe of eyes (GGX's alpha)."""
 
 _LEAST = 50
-"""Vertices that must look like skin."""
+"""Smallest number of vertices that must have a skin color."""
 _SHARE = 0.15
-"""And what part of those that mostly do."""
+"""Smallest fraction of the usually bare vertices that must have a skin color."""
 
 _RED = (0.1, 1.3)
-"""What the logarithm of red over green is on skin of any color, in white light or nearly so."""
+"""Range of log(red / green) on skin of any color, in white or nearly white light."""
 _BLUE = (-1.6, 0.05)
-"""The same of blue over green."""
+"""Range of log(blue / green) on skin."""
 
 _FRESNEL = 0.028
-"""Reflectance of skin and eyes face on (index of refraction 1.4)."""
+"""Reflectance of skin and eyes at normal incidence (index of refraction 1.4)."""
 
 
 def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | None:
-    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where
-    nothing says what its skin looks like.
+    """Return the material of each vertex, (V,) float32: `EYE`, or the probability of skin, 0 to 1.
 
-    Skin is what has the color of the face: its ratios of red, green and blue within what they vary
-    by on the face, as bright as the face in the light or in the shade; evened out over neighbors.
-    Without a face of the body's own, the seen ones of the `bare` vertices that have a color that
-    skin can have stand for it.
+    Returns None if the color of the skin cannot be found. Vertices with the color of the face are
+    skin: their ratios of red, green and blue are within the variation on the face, and they are as
+    bright as the lit or shaded face. The result is smoothed over neighbors. If the surface has no
+    face of the body model, the visible `bare` vertices with a possible skin color replace the face.
 
     Parameters
     ----------
     surface : Surface
     bare : (V,) bool, optional
-        Where people mostly show their skin: vertices of head and hands.
+        Vertices of head and hands, where skin is usually bare.
     """
     linear = np.maximum(srgb_to_linear(surface.colors.astype(np.float64)), 2e-3)
     ratio = np.log(linear[:, [0, 2]] / linear[:, 1:2])
@@ -85,16 +84,17 @@ def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | N
         return np.asarray(like, np.float32)
     like[sure] = np.maximum(
         like[sure], 0.9 * (bright[sure] > usual - 1.3)
-    )  # hair may hang into the face
+    )  # hair may hang over the face
     for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
         like[face.patch[kinds == kind]] = value
     return np.asarray(like, np.float32)
 
 
 def materials_of(surface: Surface, head: BoolArray, hands: BoolArray) -> IntArray:
-    """What each face of a person is made of, (F,) uint8, an index into `MATERIALS`: eyes and mouth
-    are the body's own, skin has the color of the face, hair is what else the head has, and all
-    else is cloth. Each face is what most of its corners are.
+    """Return the material of each face of a person, (F,) uint8, an index into `MATERIALS`.
+
+    Eyes and mouth are the body model's. Skin has the color of the face, the rest of the head is
+    hair, and all else is cloth. Each face has the material of most of its corners.
 
     Parameters
     ----------
@@ -122,17 +122,16 @@ _MATERIAL_OF = {
     "tongue": "mouth",
     "teeth": "mouth",
 }
-"""What `FACE_KINDS` are for engines."""
+"""Names of `FACE_KINDS` as materials for engines."""
 
 
 def _skin_of(
     surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None
 ) -> IntArray:
-    """The seen vertices (n,) among the `bare` ones (V,) of a color that skin can have: neither
-    hair, which is darker, nor gloves; none if they are few.
+    """Return the visible vertices (n,) among the `bare` ones (V,) that have a possible skin color.
 
-    `ratio` (V, 2) are the logarithms of red and blue over green, `bright` (V,) that of the
-    luminance.
+    Hair (darker) and gloves are left out. The result is empty if only few remain. `ratio` (V, 2)
+    are the logarithms of red and blue over green, `bright` (V,) is that of the luminance.
     """
     none = np.zeros(0, np.int64)
     if bare is None:
@@ -147,15 +146,15 @@ def _skin_of(
     found = np.flatnonzero(looked & can)
     if len(found) < max(_LEAST, _SHARE * looked.sum()):
         return none
-    # of skin and brown hair, skin is the brighter and the redder one
+    # skin is brighter and redder than brown hair
     light = found[bright[found] > np.quantile(bright[found], 0.9) - 1.0]
     return light if len(light) >= _LEAST else none
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """At points of the scene: how much is skin or eye, the width of its lobe, the shading normal
-    and the way to the viewer."""
+    """Material at points of the scene: weights of skin and eye, width of the lobe, shading normal,
+    direction to the viewer."""
 
     mi: Any
     skin: Any
@@ -166,7 +165,7 @@ class Hit:
 
     @classmethod
     def of(cls, mi: Any, table: Any, si: Any, person: Any, normal: Any, ray: Any) -> Hit:
-        """`table` (F,) holds `matter_of` for the person's faces."""
+        """Look up the material at hits; `table` (F,) holds `matter_of` for the person's faces."""
         import drjit as dr
 
         value = dr.gather(mi.Float, table, si.prim_index, person)
@@ -183,16 +182,17 @@ class Hit:
         )
 
     def raised(self, ray: Any) -> Any:
-        """A ray that begins above the skin."""
+        """Return a ray that starts above the skin."""
         ray.o += self.normal * (_LIFT * self.skin)
         return ray
 
     def least(self) -> Any:
-        """The cosine from which on light reaches a point."""
+        """Return the smallest cosine at which light still reaches a point."""
         return -WRAP[0] * self.skin
 
     def falloff(self, cosine: Any) -> Any:
-        """What of a lamp's light comes back matt, by color, instead of the `cosine`."""
+        """Return the fraction of a lamp's light that is reflected diffusely, per color, in place of
+        the `cosine`."""
         import drjit as dr
 
         parts = []
@@ -202,8 +202,8 @@ class Hit:
         return self.mi.Color3f(*parts)
 
     def gloss(self, way: Any, cosine: Any) -> Any:
-        """The mirrored part of a lamp's light in direction `way`, pi times the lobe times the
-        cosine."""
+        """Return the glossy part of a lamp's light from direction `way`: pi times the lobe times
+        the cosine."""
         import drjit as dr
 
         half = dr.normalize(way + self.viewer)
@@ -215,7 +215,7 @@ class Hit:
         )
 
     def mirrored(self) -> tuple[Any, Any]:
-        """Where the viewer sees the sky mirrored, and how much of it."""
+        """Return the direction in which the viewer sees the sky reflected, and its reflectance."""
         import drjit as dr
 
         facing = dr.maximum(dr.dot(self.normal, self.viewer), 0)

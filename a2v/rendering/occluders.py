@@ -1,4 +1,4 @@
-"""Things of the photo's place in front of which, or behind which, a person walks."""
+"""Objects of the photo's place that occlude a person or are occluded by one."""
 
 from __future__ import annotations
 
@@ -9,27 +9,28 @@ from a2v.rendering.room import ground_under
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 _FOOT = 2
-"""Pixels over the floor between a thing and its lowest row: shadow and blur at its foot."""
+"""Height in pixels of the strip between the floor and the lowest row of an object: shadow and blur
+at its foot."""
 _LEAST = 3
-"""Smallest number of columns in which the foot of a thing has to be visible."""
+"""Smallest number of columns in which the foot of an object has to be visible."""
 FARTHEST = 1e4
-"""Distance of what hides nobody, meters."""
+"""Distance that means "occludes nobody", meters."""
 CLEARANCE = 0.1
-"""A thing hides a person who stands at least this far behind its foot, meters."""
+"""An object occludes a person who stands at least this far behind its foot, meters."""
 
 
 def find_things(floor: BoolArray, regions: IntArray, camera: ViewCamera) -> FloatArray:
-    """How far away the thing at each pixel stands.
+    """Find the distance of the object at each pixel.
 
-    Every region that is not floor stands where its foot meets the floor. A region without a visible
-    foot belongs to the region below it, as the top of a box does.
+    A region that is not floor stands where its foot meets the floor. A region without a visible
+    foot belongs to the region below it; for example the top of a box belongs to its front.
 
     Parameters
     ----------
     floor : (h, h) bool
         See `a2v.rendering.room.find_floor`.
     regions : (h, h) int
-        Regions of one color of the same picture, from 0.
+        Regions of uniform color of the same picture, from 0.
     camera : ViewCamera
 
     Returns
@@ -70,14 +71,14 @@ def find_things(floor: BoolArray, regions: IntArray, camera: ViewCamera) -> Floa
 def behind_things(
     picture: ByteArray, place: ByteArray, things: FloatArray, distance: float
 ) -> ByteArray:
-    """A picture of a person in a place with the things in front of the person laid over it.
+    """Composite the objects in front of a person over a picture of the person in a place.
 
     Parameters
     ----------
     picture : (S, S, 3) uint8
         The person in the place.
     place : (P, P, 3) uint8
-        The place alone.
+        The place without the person.
     things : (h, h) float
         See `find_things`.
     distance : float

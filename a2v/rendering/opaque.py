@@ -1,4 +1,4 @@
-"""Numbers that a compiled Dr.Jit kernel takes as inputs: a new value needs no new kernel."""
+"""Numbers that a compiled Dr.Jit kernel takes as inputs. A new value needs no new kernel."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def opaque_number(mi: Any, value: float) -> Any:
-    """A float that may change without a new kernel."""
+    """Return a float that may change without a new kernel."""
     import drjit as dr
 
     number = mi.Float(float(value))
@@ -15,12 +15,12 @@ def opaque_number(mi: Any, value: float) -> Any:
 
 
 def opaque_numbers(mi: Any, values: Any) -> list[Any]:
-    """Floats that may change without a new kernel, one for each of `values`."""
+    """Return floats that may change without a new kernel, one for each of `values`."""
     return [opaque_number(mi, value) for value in values]
 
 
 def opaque_integer(mi: Any, value: int) -> Any:
-    """An unsigned integer that may change without a new kernel."""
+    """Return an unsigned integer that may change without a new kernel."""
     import drjit as dr
 
     number = mi.UInt32(int(value))

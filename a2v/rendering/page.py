@@ -1,8 +1,8 @@
-"""A web page of one file: the character, turnable in the browser, next to the video. No server and
-no network.
+"""A web page in one file: the character, which can be turned in the browser, next to the video.
 
-The viewer is three.js with its glTF loader, taken when the page is made out of the wheel of
-trimesh, which carries them for its own notebooks (MIT license, its notice stays in the page).
+The page needs no server and no network. The viewer is three.js with its glTF loader. It is read
+from the wheel of trimesh, which carries both for its own notebooks (MIT license; the notice stays
+in the page).
 """
 
 from __future__ import annotations
@@ -26,23 +26,24 @@ from a2v.props import Props
 from a2v.types import Character
 
 MAX_PAGE_BYTES = 400 << 20
-"""Browsers refuse to open pages much larger than this."""
+"""Largest size of a page; browsers refuse to open much larger ones."""
 
 
 @functools.lru_cache(maxsize=1)
 def viewer_script() -> str:
-    """three.js with ``THREE.GLTFLoader`` as one classic script (it defines the global ``THREE``).
+    """Return three.js with ``THREE.GLTFLoader`` as one classic script; it defines the global
+    ``THREE``.
 
     Raises
     ------
     A2VError
-        The installed trimesh carries no such viewer.
+        The installed trimesh does not contain this viewer.
     """
     import trimesh
     from trimesh.viewer import scene_to_html
 
     page = scene_to_html(trimesh.Scene(trimesh.creation.box()))
-    end = "THREE.GLTFLoader=GLTFLoader;})();"  # behind it comes trimesh's own page
+    end = "THREE.GLTFLoader=GLTFLoader;})();"  # trimesh's own page follows it
     begin, stop = page.find("<script>"), page.find(end)
     if begin < 0 or stop < begin or "AnimationMixer" not in page[begin:stop]:
         raise A2VError(
@@ -54,7 +55,7 @@ def viewer_script() -> str:
 
 @functools.lru_cache(maxsize=1)
 def stage_script() -> str:
-    """Light, ground and a camera that is turned by hand: a script that defines ``makeStage`` and
+    """Return a script that defines ``makeStage``: light, ground and a camera turned by hand. It
     needs `viewer_script`."""
     return Path(__file__).with_name("stage.js").read_text(encoding="utf-8")
 
@@ -66,11 +67,11 @@ def write_page(
     *,
     title: str = "a2v",
 ) -> None:
-    """Write an HTML page that shows an animated character, turnable, and a video beside it, in step
-    with the first clip.
+    """Write an HTML page with an animated character that can be turned, and a video beside it.
 
-    ``#azimuth=90&elevation=10&time=0.5&clip=1`` behind the page's address chooses where to look
-    from (degrees; 90: the person's left), a moment to stop at (seconds) and a clip.
+    The video runs in step with the first clip. A fragment
+    ``#azimuth=90&elevation=10&time=0.5&clip=1`` after the page's address chooses the direction of
+    view (degrees; 90: the person's left), a time to stop at (seconds) and a clip.
 
     Parameters
     ----------
@@ -86,7 +87,8 @@ def write_page(
     Raises
     ------
     InputError
-        `character` is no binary glTF, `video` no MP4, or both together are too large for a page.
+        `character` is not a binary glTF, `video` is not an MP4, or both together are too large for
+        a page.
     """
     pieces = _pieces(_data(character), b"" if video is None else _data(video), title)
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
@@ -94,12 +96,13 @@ def write_page(
 
 
 def page_of(glb: bytes, film: bytes = b"", *, title: str = "a2v") -> str:
-    """The HTML that `write_page` writes, of a binary glTF and an MP4 (or nothing)."""
+    """Return the HTML of `write_page` for a binary glTF and an MP4 (may be empty)."""
     return b"".join(_pieces(glb, film, title)).decode()
 
 
 def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
-    """A page in parts, since whole it is copied several times on the way to a file."""
+    """Return the parts of a page. As one string it would be copied several times on the way to a
+    file."""
     if glb[:4] != b"glTF":
         raise InputError("the character is not a binary glTF (.glb); make one with write_glb")
     if film and film[4:8] != b"ftyp":
@@ -126,7 +129,8 @@ _PLAYER = b"controls loop muted autoplay playsinline"
 
 @functools.lru_cache(maxsize=1)
 def _template() -> tuple[tuple[str | None, bytes], ...]:
-    """The page without its contents: pieces of text, and between them names of what goes there."""
+    """Return the page's template: pieces of text, each after the name of the content that precedes
+    it."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|visemes)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
@@ -143,7 +147,7 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
 
 
 def _visemes() -> dict[str, dict[str, float]]:
-    """Shapes of the face of each viseme, by the table of `a2v.animation.visemes`."""
+    """Return the face shapes of each viseme, from the table of `a2v.animation.visemes`."""
     path = Path(__file__).parents[1] / "animation" / "visemes.csv"
     with open(path, encoding="utf-8", newline="") as stream:
         rows = [row for row in csv.DictReader(stream) if row["vrchat"]]
@@ -162,8 +166,8 @@ def write_character_page(
     expressions: Strengths | None = None,
     props: Props | None = None,
 ) -> None:
-    """Write an HTML page that shows a character with its clips, named after them, what its face
-    does in them, and the solids of the scene.
+    """Write an HTML page of a character with named clips, its facial expressions and the props of
+    the scene.
 
     Raises
     ------
@@ -179,7 +183,7 @@ def write_character_page(
 PAGE_FORMATS: tuple[CharacterFormat, ...] = (
     CharacterFormat(suffixes=(".html",), write=write_character_page),
 )
-"""Characters as something to look at."""
+"""Formats that show characters."""
 
 
 def _data(source: bytes | str | os.PathLike[str]) -> bytes:

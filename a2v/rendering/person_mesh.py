@@ -13,12 +13,12 @@ from a2v.types import FloatArray, IntArray, Surface
 
 @dataclass(frozen=True, kw_only=True)
 class RenderMesh:
-    """A surface cut along its texture seams, with what updates it: Mitsuba keeps one texture
-    coordinate a vertex.
+    """A surface cut along its texture seams, with its smooth normals.
 
-    `source` (W,) maps its vertices to the surface's, `faces` (F, 3) and `uv` (W, 2) are its own,
-    and `smooth` sums face normals (times area) into vertex normals over coincident vertices, so
-    that seams don't show.
+    Mitsuba keeps one texture coordinate per vertex, so seams have to be cut. `source` (W,) maps the
+    cut mesh's vertices to the surface's; `faces` (F, 3) and `uv` (W, 2) belong to the cut mesh.
+    `smooth` sums face normals (times area) into vertex normals over coincident vertices, so that
+    seams are invisible.
     """
 
     source: IntArray
@@ -29,7 +29,7 @@ class RenderMesh:
     smooth: Any
 
     def normals(self, vertices: FloatArray) -> FloatArray:
-        """Smooth unit normals (W, 3) float32 for the surface's vertices (V, 3)."""
+        """Return smooth unit normals (W, 3) float32 for the surface's vertices (V, 3)."""
         one, two, three = (
             np.asarray(vertices, np.float32)[self.corner_faces[:, k]] for k in range(3)
         )
@@ -72,7 +72,7 @@ def render_mesh(surface: Surface) -> RenderMesh:
 def mesh_object(
     mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None
 ) -> Any:
-    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colors as the string
+    """Return the Mitsuba mesh of a surface; `bsdf` may refer to the surface's colors by the string
     "surface"."""
     textured = mesh.uv is not None and surface.texture is not None
     color: dict[str, Any]
@@ -107,7 +107,7 @@ def mesh_object(
     parameters["vertex_positions"] = np.asarray(surface.vertices, np.float32)[mesh.source].ravel()
     parameters["vertex_normals"] = mesh.normals(surface.vertices).ravel()
     if mesh.uv is not None and textured:
-        # Mitsuba's v grows downwards over a bitmap's rows, Surface.uv's grows upwards
+        # Mitsuba's v grows down over a bitmap's rows; `Surface.uv`'s v grows up
         parameters["vertex_texcoords"] = (
             np.column_stack([mesh.uv[:, 0], 1 - mesh.uv[:, 1]]).astype(np.float32).ravel()
         )

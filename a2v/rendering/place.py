@@ -1,4 +1,4 @@
-"""The place of the photo, and lights under which the person looks there as in the photo."""
+"""The place of the photo, and lights that reproduce the person's look in it."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from a2v.rendering.scene import LookSettings
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 _DARKEST = 0.3
-"""Least light that colors are divided by."""
+"""Smallest light that colors are divided by."""
 
 _GREY = 0.5
-"""Albedo of the person on whom light is read."""
+"""Albedo of the gray person on which the light is measured."""
 _SPREAD = 12
-"""Rings of vertices that it is carried on beyond what is seen."""
+"""Number of rings of vertices by which the measured light is extended beyond the visible
+vertices."""
 
 DIRECTED = 0.4
-"""Largest share of the light that comes from one direction: the colors of the photo hold its
-shading already."""
+"""Largest share of the light that comes from one direction. The photo's colors already contain its
+shading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,23 +38,23 @@ class Place(Record):
     Attributes
     ----------
     picture : (S, S, 3) uint8
-        sRGB: what the camera sees without the person, the photo in its middle.
+        sRGB picture of the place without the person, with the photo in its middle.
     camera : ViewCamera
         Square, around the photo (`a2v.rendering.viewpoint`).
     moved : (V, 3) float32
-        What brings the person's vertices in the photo's pose to where this camera sees them as the
-        photo does.
+        Offsets of the person's vertices in the photo's pose, so that this camera shows them as in
+        the photo.
     look : LookSettings
         Lights.
     frame : tuple of 4 int
         Left, top, right, bottom of the photo in `picture`.
     light : (V, 3) float32
-        What these lights give the person's vertices in the photo's pose, irradiance over pi:
-        `without_light` takes it out of the colors.
+        Light on the person's vertices in the photo's pose, irradiance over pi. `without_light`
+        removes it from the colors.
     floor : (h, h) bool
-        Where `picture` shows the floor on which the person stood.
+        Pixels of `picture` that show the floor on which the person stood.
     things : (h, h) float32
-        How far away the thing at each pixel stands, meters (`a2v.rendering.occluders`).
+        Distance of the object at each pixel, meters (`a2v.rendering.occluders`).
     """
 
     picture: ByteArray
@@ -76,8 +77,11 @@ class Place(Record):
 
 
 def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:
-    """A photo (H, W, 3) in the middle of a square whose rest is the photo again, enlarged and soft;
-    and where in it the photo lies."""
+    """Place a photo (H, W, 3) in the middle of a square and fill the rest with an enlarged, blurred
+    copy.
+
+    Returns the square and the photo's box in it (left, top, right, bottom).
+    """
     import cv2
 
     height, width = photo.shape[:2]
@@ -94,8 +98,8 @@ def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:
 
 
 def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
-    """A mask (H, W) of the photo over its `square`, 0 around it; `frame` is where `square` put the
-    photo."""
+    """Place a mask (H, W) of the photo in its `square`, 0 around it; `frame` is the photo's box in
+    the square."""
     left, top, right, bottom = frame
     whole = np.zeros((max(mask.shape), max(mask.shape)), np.float32)
     whole[top:bottom, left:right] = mask
@@ -103,10 +107,11 @@ def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
 
 
 def estimate_light(surface: Surface) -> LookSettings:
-    """Lights by how bright the photo shows the sides of the person that face different ways.
+    """Estimate the lights from the photo's brightness on sides of the person that face different
+    ways.
 
-    Brightness over the seen vertices is fitted by a constant and a direction; what is bright or
-    dark by itself averages out. The sum of all light is such that surfaces towards the camera keep
+    The brightness over the visible vertices is fitted by a constant and a direction. Bright and
+    dark materials average out. The total light is such that surfaces that face the camera keep
     their colors.
 
     Parameters
@@ -126,7 +131,7 @@ def estimate_light(surface: Surface) -> LookSettings:
     strength = float(np.linalg.norm(direction))
     share = DIRECTED * min(1.0, 2 * strength / max(abs(float(constant)), 1e-3))
     direction = direction / max(strength, 1e-9) if strength > 1e-3 else np.array((0.3, 1.0, 0.8))
-    direction[1] = max(direction[1], 0.5)  # lamps hang above, and a shadow has to end somewhere
+    direction[1] = max(direction[1], 0.5)  # lamps hang above, and shadows must have a finite length
     direction /= np.linalg.norm(direction)
     facing = float(np.maximum(normals[seen] @ direction, 0).mean())
     fill = float(linear_to_srgb(np.array(1 - share)))
@@ -142,7 +147,7 @@ def estimate_light(surface: Surface) -> LookSettings:
 
 
 def exposed(look: LookSettings, gain: FloatArray) -> LookSettings:
-    """All lights times `gain` (3,), linear RGB; the fill light no brighter than white."""
+    """Multiply all lights by `gain` (3,), linear RGB. The fill light is at most white."""
     fill = np.clip(srgb_to_linear(np.array(look.background)) * gain, 0, 1)
     background = tuple(np.asarray(linear_to_srgb(fill), np.float64).tolist())
     sun = tuple((np.array(look.sun) * gain).tolist())
@@ -156,15 +161,17 @@ def light_on(
     look: LookSettings,
     settings: RenderSettings,
 ) -> FloatArray:
-    """What a look's lights give the vertices that the photo shows, irradiance over pi (V, 3)
-    float32; elsewhere about the mean.
+    """Measure the light of a look on the vertices that the photo shows, irradiance over pi (V, 3)
+    float32.
+
+    Unseen vertices get about the mean.
 
     Parameters
     ----------
     surface, vertices : Surface, (V, 3)
-        The person, and where its vertices are in the world.
+        The person, and its vertices in the world.
     camera, look, settings : ViewCamera, LookSettings, RenderSettings
-        A gray person is rendered with them, and its brightness read at each vertex.
+        They render a gray person, whose brightness is read at each vertex.
     """
     gray = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
     bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=gray)
@@ -188,8 +195,10 @@ def light_on(
 
 
 def without_light(surface: Surface, light: FloatArray) -> Surface:
-    """A surface whose colors and texture are divided by the light (V, 3) on its vertices, linear,
-    so that under it it looks as before."""
+    """Divide a surface's linear colors and texture by the light (V, 3) on its vertices.
+
+    Under that light the result looks like the given surface.
+    """
     colors = linear_to_srgb(np.clip(srgb_to_linear(surface.colors) / light, 0, 1)).astype(
         np.float32
     )
@@ -197,9 +206,9 @@ def without_light(surface: Surface, light: FloatArray) -> Surface:
         return dataclasses.replace(surface, colors=colors)
     size = surface.texture.shape[0]
     face, weight = texels(surface.uv.astype(np.float64) * size, size)
-    rows, columns = nearest_known(face >= 0)  # the charts' borders go on
+    rows, columns = nearest_known(face >= 0)  # extend the charts beyond their borders
     texture = np.empty_like(surface.texture)
-    for top in range(0, size, 256):  # bounded memory
+    for top in range(0, size, 256):  # in blocks, to bound memory
         part = slice(top, top + 256)
         at = rows[part], columns[part]
         over = (light[surface.faces[face[at]]] * weight[at][..., None]).sum(axis=2)

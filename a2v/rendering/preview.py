@@ -1,5 +1,5 @@
-"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colors. Not for
-videos."""
+"""Fast pictures of a surface: one ray per pixel, a light at the camera, texture or vertex colors.
+Not for videos."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Surface
 
 @dataclass(frozen=True, kw_only=True)
 class PreviewStyle:
-    """How a quick look is painted.
+    """Style of a fast picture.
 
     Attributes
     ----------
     shaded : bool
-        Dim by the angle to the camera.
+        Darken by the angle to the camera.
     plain : bool
-        White clay instead of the colors: shows the shape.
+        White instead of the colors, to show the shape.
     background : tuple of 3 int
-        sRGB where nothing is.
+        sRGB of the background.
     """
 
     shaded: bool = True
@@ -42,20 +42,20 @@ def preview_surface(
     extent: float | None = None,
     style: PreviewStyle = PreviewStyle(),
 ) -> ByteArray:
-    """An orthographic picture of `surface`.
+    """Render an orthographic picture of `surface`.
 
     Parameters
     ----------
     surface : Surface
     azimuth, elevation : float
-        Where the camera stands, degrees: 0, 0 in front (+z), azimuth 90 at the person's left (+x),
-        180 behind.
+        Direction of the camera, degrees: (0, 0) in front (+z), azimuth 90 at the person's left
+        (+x), 180 behind.
     size : int
         Width and height, pixels.
     center : (3,), optional
         Point in the middle of the picture, meters; default: the middle of the bounds.
     extent : float, optional
-        Width of what is seen, meters; default: the surface with a border.
+        Width of the picture, meters; default: the surface with a border.
     style : PreviewStyle
 
     Returns
@@ -90,8 +90,11 @@ def preview_surface(
 def _first_hits(
     surface: Surface, origins: FloatArray, direction: FloatArray
 ) -> tuple[BoolArray, IntArray, FloatArray]:
-    """Rays from `origins` (H, W, 3): which hit (H, W), and of these N the face (N,) and barycentric
-    weights (N, 3) of its corners."""
+    """Find the first hits of rays from `origins` (H, W, 3).
+
+    Returns the pixels that hit (H, W), and for these N pixels the face (N,) and the barycentric
+    weights (N, 3) of its corners.
+    """
     rays = np.concatenate([origins, np.broadcast_to(direction, origins.shape)], axis=-1).astype(
         np.float32
     )
@@ -108,7 +111,7 @@ def _first_hits(
 
 
 def _colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatArray:
-    """sRGB (N, 3) in [0, 1] at points of faces (N,), by barycentric weights (N, 3)."""
+    """Return sRGB (N, 3) in [0, 1] at points of faces (N,), given by barycentric weights (N, 3)."""
     import cv2
 
     if surface.uv is None or surface.texture is None:
@@ -118,7 +121,7 @@ def _colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatAr
     uv = (surface.uv[face] * weights[..., None]).sum(axis=1)
     x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
     y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
-    part = 30000  # cv2.remap takes fewer than 2^15 columns
+    part = 30000  # cv2.remap takes fewer than 2^15 columns at a time
     chunks = [
         cv2.remap(surface.texture, x[:, i : i + part], y[:, i : i + part], cv2.INTER_LINEAR)[0]
         for i in range(0, x.shape[1], part)

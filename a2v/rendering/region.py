@@ -1,4 +1,4 @@
-"""Which part of a picture a person and its shadows touch."""
+"""The part of a picture that a person and its shadows touch."""
 
 from __future__ import annotations
 
@@ -12,50 +12,51 @@ from a2v.rendering.scene import LookSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
 TILE = 8
-"""Pixels a side of the squares in which the ground's light is traced or not."""
+"""Side of the squares for which tracing of the ground's light is switched on or off, pixels."""
 _FINE = 4
-"""Pixels a side of the squares in which the person is traced or not."""
+"""Side of the squares for which tracing of the person is switched on or off, pixels."""
 
 _STEP = 4
-"""Every so manieth pixel is asked how far it is from the person."""
+"""The distance from the person is computed at every n-th pixel."""
 
 _LOW = 0.15
-"""What is lower than this throws shadows with edges so sharp that they want whole pixels,
-meters."""
+"""Below this height, shadows have edges so sharp that they are traced per pixel, meters."""
 
 _NEAR = 1.4
-"""Up to this many heights of the person away, ground is traced. Measured: beyond, what a person
-takes from the sky's light and what it reflects changes the ground by less than 0.4 levels of
-255."""
+"""Ground within this many body heights of the person is traced. Measured: farther away, the
+person's effect on sky light and reflected light changes the ground by less than 0.4 of 255
+levels."""
 
 _RAMP = 3
-"""Tiles over which the traced ground goes over into the empty stage's."""
+"""Number of tiles over which the traced ground is blended into the empty stage's."""
 
 _GAIN = 0.95
-"""A box is cut where two have less than this part of its pixels."""
+"""A box is cut in two if the two have less than this fraction of its pixels."""
 
 _GRAIN = 16
 """Boxes to denoise begin at multiples of this number of pixels, the denoiser's own raster;
 otherwise a moving box would flicker."""
 _CONTEXT = 8
-"""Pixels by which two boxes that cut through the person overlap and are blended."""
+"""Number of pixels by which two boxes that cut through the person overlap and are blended."""
 _MARGIN = 6
-"""Pixels around a box elsewhere: what is beside the person holds no noise."""
+"""Width of the margin around other boxes, pixels. The pixels beside the person have no noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Region:
-    """`person` (H, W) are the pixels that may show the person; `weight` (H, W) in [0, 1] is how
-    much what is traced of the ground's light counts beside the empty stage's, `contact` (H, W) in
-    [0, 1] how much what is traced of it pixel by pixel, near what touches the ground."""
+    """Pixels that a person touches.
+
+    `person` (H, W) are the pixels that may show the person. `weight` (H, W) in [0, 1] is the weight
+    of the traced light on the ground against the empty stage's. `contact` (H, W) in [0, 1] is the
+    weight of the light traced per pixel, near contacts with the ground.
+    """
 
     person: BoolArray
     weight: FloatArray
     contact: FloatArray
 
     def within(self, window: tuple[slice, slice]) -> Region:
-        """What of it lies in a window of the picture (rows, columns): the rest is cut off in the
-        end."""
+        """Crop the region to a window of the picture (rows, columns)."""
         shown = np.zeros(self.person.shape, bool)
         shown[window] = True
         return (
@@ -70,8 +71,10 @@ class Region:
 def region(
     vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: LookSettings, empty: Empty
 ) -> Region:
-    """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles,
-    whole penumbras."""
+    """Find the region of a person (`vertices` (V, 3), `faces` (F, 3)).
+
+    It is conservative: it holds whole triangles and whole penumbras.
+    """
     size = len(empty.ground)
     corners = np.ascontiguousarray(faces.T)
     person = _tiles(_projected(camera, vertices, size), None, corners, size, _FINE)
@@ -87,7 +90,7 @@ def region(
         border = spread / away * np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2))
         flat = np.minimum(
             1, 1.5 * abs(camera.origin[1]) / away
-        )  # a circle on the ground is seen from the side
+        )  # the camera sees a circle on the ground at an angle
         borders = border, border * flat
         shade |= _tiles(pixels, borders, corners, size, TILE)
         if standing.shape[1]:
@@ -109,7 +112,7 @@ def region(
 
 
 def _projected(camera: ViewCamera, points: FloatArray, size: int) -> FloatArray:
-    """`ViewCamera.project` (2, V) in float32."""
+    """`ViewCamera.project` as (2, V) float32."""
     local = (
         np.asarray(points, np.float32) - np.array(camera.origin, np.float32)
     ) @ camera.axes.T.astype(np.float32)
@@ -119,13 +122,13 @@ def _projected(camera: ViewCamera, points: FloatArray, size: int) -> FloatArray:
 
 
 def _ramp(tiles: BoolArray, size: int, steps: int) -> FloatArray:
-    """1 inside of marked tiles, falling to 0 over `steps` of them towards their border (size, size)
-    float32."""
+    """Return weights (size, size) float32: 1 inside of marked tiles, falling to 0 over `steps`
+    tiles toward their border."""
     import cv2
 
     inside = np.pad(
         tiles.astype(np.uint8), 1, mode="edge"
-    )  # the picture's border is no border of the region
+    )  # the border of the picture is not a border of the region
     away = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
     weight = np.clip((away - 1) / steps, 0, 1).astype(np.float32)
     shape = (tiles.shape[1] * TILE, tiles.shape[0] * TILE)
@@ -140,8 +143,8 @@ def _pixels(tiles: BoolArray, size: int, tile: int) -> BoolArray:
 def _shadows(
     vertices: FloatArray, camera: ViewCamera, look: LookSettings
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and
-    how far it spreads (V,), meters."""
+    """Return, for sun and lamp, the center of each vertex's shadow on the ground (V, 3) and its
+    radius (V,), meters."""
     above = np.maximum(
         np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32)
     )
@@ -152,7 +155,7 @@ def _shadows(
     lamp = look.spot_light(camera.target).center.astype(np.float32)
     if max(look.spot) > 0 and above[:, 1].max() < 0.95 * (lamp[1] - look.spot_radius):
         part = above[:, 1:2] / (lamp[1] - above[:, 1:2])
-        # seen from a point below the lamp its rim may hang lower than its middle
+        # from a point below the lamp, its rim may hang lower than its center
         lower = above[:, 1] / (lamp[1] - np.float32(look.spot_radius) - above[:, 1])
         reach = np.linalg.norm((above - lamp)[:, [0, 2]], axis=1)
         found.append(
@@ -172,11 +175,11 @@ def _tiles(
     size: int,
     tile: int,
 ) -> BoolArray:
-    """The squares of `tile` pixels that the bounding boxes of triangles touch, all where one is
-    partly behind the camera.
+    """Return the squares of `tile` pixels that the bounding boxes of triangles touch.
 
-    `pixels` (2, V) are where the vertices are, `borders` (V,) across and down go on from them to
-    each side, `corners` (3, F) are the triangles.
+    All squares are returned if a triangle is partly behind the camera. `pixels` (2, V) are the
+    vertices' pixels; `borders` (V,), across and down, extend them to each side; `corners` (3, F)
+    are the triangles.
     """
     count = -(-size // tile)
     marked = np.zeros((count + 1) ** 2, np.int64)
@@ -233,21 +236,23 @@ class Box:
 
     @property
     def window(self) -> tuple[slice, slice]:
-        """Of an array (H, W, ...)."""
+        """Slices of the box in an array (H, W, ...)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def turned(self) -> Box:
-        """Of the picture with rows and columns exchanged."""
+        """The same box in a picture with rows and columns exchanged."""
         return Box(top=self.left, bottom=self.right, left=self.top, right=self.bottom)
 
     @property
     def area(self) -> int:
-        """Pixels."""
+        """Number of pixels."""
         return (self.bottom - self.top) * (self.right - self.left)
 
     def weight(self, size: int) -> FloatArray:
-        """How much its pixels count where boxes lap over each other (H, W): less towards borders
-        that are not the picture's."""
+        """Return the weights of the pixels where boxes overlap (H, W).
+
+        They fall toward borders of the box that are not borders of the picture.
+        """
         sides = []
         for low, high in ((self.top, self.bottom), (self.left, self.right)):
             at = np.arange(low, high) + 0.5
@@ -258,9 +263,9 @@ class Box:
 
 
 def boxes(person: BoolArray) -> list[Box]:
-    """Boxes around what shows the person (H, W): one, cut in two as long as that leaves less to
-    denoise."""
-    around = _box(person)
+    """Return boxes around the person's pixels (H, W): one box, cut in two as long as that reduces
+    the denoised area."""
+    around = _box(_spans(person))
     return [] if around is None else _cut(person, around)
 
 
@@ -270,12 +275,12 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
     inside = np.zeros_like(person)
     inside[rows, columns] = person[rows, columns]
     for turned in (False, True):
-        seen = inside.T if turned else inside
+        spans = _spans(inside.T if turned else inside)
         low, high = (box.left, box.right) if turned else (box.top, box.bottom)
         for at in range(low + _GRAIN, high, _GRAIN):
             pair = [
                 one.turned() if turned else one
-                for one in (_box(seen, bottom=at), _box(seen, top=at))
+                for one in (_box(spans, bottom=at), _box(spans, top=at))
                 if one is not None
             ]
             if sum(one.area for one in pair) < _GAIN * least:
@@ -285,20 +290,29 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
     return [part for one in best for part in _cut(person, one, depth - 1)]
 
 
-def _box(pixels: BoolArray, top: int = 0, bottom: int | None = None) -> Box | None:
-    """Around what is marked in rows from `top` to `bottom`; where it is cut there, with all the
-    rows that it needs to be blended."""
+def _spans(pixels: BoolArray) -> IntArray:
+    """Return the first and the last marked column of each row (2, H); `size` and -1 in an empty
+    row."""
     size = len(pixels)
+    marked = pixels.any(axis=1)
+    first = np.where(marked, pixels.argmax(axis=1), size)
+    last = np.where(marked, size - 1 - pixels[:, ::-1].argmax(axis=1), -1)
+    return np.stack([first, last])
+
+
+def _box(spans: IntArray, top: int = 0, bottom: int | None = None) -> Box | None:
+    """Return a box around the marked pixels (`_spans`) in rows from `top` to `bottom`.
+
+    Where it is cut there, it includes all rows that blending needs.
+    """
+    size = spans.shape[1]
     end = size if bottom is None else bottom
-    rows = np.flatnonzero(pixels[top:end].any(axis=1)) + top
+    rows = np.flatnonzero(spans[1, top:end] >= 0) + top
     if len(rows) == 0:
         return None
     first = rows[0] - (_CONTEXT if top and rows[0] == top else _MARGIN)
     last = rows[-1] + 1 + (_CONTEXT if end < size and rows[-1] + 1 == end else _MARGIN)
     low, high = max(0, first // _GRAIN * _GRAIN), min(size, -(-last // _GRAIN) * _GRAIN)
-    columns = np.flatnonzero(pixels[low:high].any(axis=0))
-    left, right = (
-        max(0, (columns[0] - _MARGIN) // _GRAIN * _GRAIN),
-        min(size, -(-(columns[-1] + 1 + _MARGIN) // _GRAIN) * _GRAIN),
-    )
+    left = max(0, (spans[0, low:high].min() - _MARGIN) // _GRAIN * _GRAIN)
+    right = min(size, -(-(spans[1, low:high].max() + 1 + _MARGIN) // _GRAIN) * _GRAIN)
     return Box(top=int(low), bottom=int(high), left=int(left), right=int(right))

@@ -1,5 +1,5 @@
-"""One scene, many frames: only arrays change between pictures, so nothing is built or compiled
-again."""
+"""One scene, many frames. Only arrays change between pictures, so nothing is rebuilt or
+recompiled."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from a2v.rendering.matter import matter_of
 from a2v.rendering.person_mesh import mesh_object, render_mesh
 from a2v.rendering.region import boxes, region
 from a2v.rendering.scene import LookSettings, stage
+from a2v.rendering.shown import Shown
 from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
@@ -26,9 +27,12 @@ from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 @dataclass(frozen=True, kw_only=True)
 class _Parts:
-    """A picture (H, W, 3), linear, and what it is made of: `base` is the stage with the person's
-    shadow alone, `kept` what the ground keeps of its light, both (H, W, 3), `person` (H, W) how
-    much of a pixel the samples found to be the person."""
+    """A linear picture (H, W, 3) and its parts.
+
+    `base` (H, W, 3) is the stage with only the person's shadow, `kept` (H, W, 3) the fraction of
+    its light that the ground keeps, and `person` (H, W) the fraction of the pixel's samples that
+    hit the person.
+    """
 
     picture: FloatArray
     base: FloatArray
@@ -36,45 +40,36 @@ class _Parts:
     person: FloatArray
 
 
-@dataclass
-class _Shown:
-    """A Mitsuba scene, its parameters, and what they hold now."""
-
-    scene: Any
-    parameters: Any
-    vertices: FloatArray | None = None
-    camera: ViewCamera | None = None
-
-
 class Renderer:
     """Renders one surface in any number of poses and cameras.
 
-    A picture depends on its vertices, camera and the settings alone, not on what was rendered
-    before, so frames may be rendered in any order and by several processes. The same seed serves
-    every frame: what does not move does not flicker.
+    A picture depends only on its vertices, its camera and the settings, not on earlier pictures. So
+    frames may be rendered in any order and by several processes. All frames use the same seed, so
+    that still parts do not flicker.
 
     Parameters
     ----------
     surface : Surface
-        Topology and colors: `texture` through `uv` where present, else vertex `colors`.
+        Topology and colors: `texture` by `uv` if present, else vertex `colors`.
     settings : RenderSettings
-        `spp` is rounded up to what multi-jittered sampling can do (8, 16, 35 for 32, 64).
+        `spp` is rounded up to a number that multi-jittered sampling supports (8, 16, 35 for 32,
+        64).
     look : LookSettings
     bsdf : dict or None
-        Mitsuba's material, with "surface" where the surface's colors go; None:
-        `a2v.rendering.matter`'s with LLVM, else diffuse.
+        Mitsuba material, in which "surface" stands for the surface's colors. None: the material of
+        `a2v.rendering.matter` with LLVM, else diffuse.
     extra : dict or None
-        More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
+        More Mitsuba objects, or replacements of the stage's ("ground": None removes it).
     backdrop : (H, W, 3) uint8 or None
-        The sRGB picture for the background "image"; its middle is shown, scaled to fill the frame.
+        sRGB picture for the background "image". Its middle is scaled to fill the frame.
     bare : (V,) bool or None
-        Vertices of head and hands: what of them looks like skin stands for skin where the surface
-        has no face (`matter_of`).
+        Vertices of head and hands. If the surface has no face, those with a skin color determine
+        the color of skin (`matter_of`).
 
     Raises
     ------
     InputError
-        The surface has no faces, or the background is "image" and there is none.
+        The surface has no faces, or the background is "image" and `backdrop` is None.
     """
 
     def __init__(
@@ -102,19 +97,19 @@ class Renderer:
         self._color = mi.load_dict(
             {"type": "path", "max_depth": look.bounces + 1, "rr_depth": 64, "hide_emitters": True}
         )
-        # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
+        # a separate pass costs a sixth of the same pass wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
         person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
         self._main = self._scene(mi, {"person": person, **objects})
         own = (
             bsdf is None and not extra and self.variant.startswith("llvm")
-        )  # what the tracer knows; all else is Mitsuba's
+        )  # objects that the tracer supports; all others need Mitsuba's integrator
         matter = matter_of(surface, bare) if own and look.gloss else None
         of_faces = None if matter is None else np.median(matter[surface.faces], axis=1)
         self._tracer = Tracer(mi, self._main.scene, person, look, of_faces) if own else None
-        self._alone: _Shown | None = None
-        self._holdout: _Shown | None = None
-        self._empty: _Shown | None = None
+        self._alone: Shown | None = None
+        self._holdout: Shown | None = None
+        self._empty: Shown | None = None
         self._ground: FloatArray | None = None
         self._clear: tuple[ViewCamera, Empty] | None = None
 
@@ -126,7 +121,7 @@ class Renderer:
         spp: int | None = None,
         seed: int | None = None,
     ) -> Layers:
-        """Trace one picture without denoising (`spp`, `seed`: other than the settings')."""
+        """Trace one picture without denoising; `spp` and `seed` replace those of the settings."""
         mi = activate(self.variant, self.settings.threads)
         self._show(mi, self._main, camera, np.asarray(vertices, np.float32))
         return self._trace(
@@ -136,13 +131,13 @@ class Renderer:
             self.settings.seed if seed is None else seed,
         )
 
-    def _trace(self, mi: Any, shown: _Shown, samples: int, seed: int) -> Layers:
+    def _trace(self, mi: Any, shown: Shown, samples: int, seed: int) -> Layers:
         color = np.array(
             mi.render(shown.scene, integrator=self._color, spp=samples, seed=seed), np.float32
         )
         samples = (
             4 if self.variant.startswith("scalar") else max(samples, 4)
-        )  # there, this pass is as slow as the other
+        )  # on other variants this pass is as slow as the full one
         guide = np.array(
             mi.render(shown.scene, integrator=self._guide, spp=samples, seed=seed), np.float32
         )
@@ -155,23 +150,24 @@ class Renderer:
         )
 
     def linear(self, vertices: FloatArray, camera: ViewCamera) -> FloatArray:
-        """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so.
+        """Render one picture in linear RGB (H, W, 3) float32, denoised if the settings say so.
 
-        On the stage as it is, only the person and the light on the ground around it are traced and
-        denoised, and laid over the empty stage.
+        On the unchanged stage only the person and the light on the ground around it are traced and
+        denoised, and composited over the empty stage.
         """
         if self._tracer is None:
             return self._finished(self.layers(vertices, camera))
         return self._parts(self._tracer, vertices, camera).picture
 
     def _parts(self, tracer: Tracer, vertices: FloatArray, camera: ViewCamera) -> _Parts:
-        """The person, the ground's light and the empty stage, and the picture that they make."""
+        """Trace the person and the ground's light, and composite them with the empty stage."""
         vertices, size, seed = (
             np.asarray(vertices, np.float32),
             self.settings.size,
             self.settings.seed,
         )
-        self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
+        mi = activate(self.variant, self.settings.threads)
+        self._show(mi, self._main, camera, vertices, sensor=False)  # the tracer has its own
         empty = self._empty_stage(camera)
         found = region(vertices, self._surface.faces, camera, self.look, empty).within(
             self.settings.window
@@ -195,13 +191,13 @@ class Renderer:
         return _Parts(picture=picture, base=base, kept=kept, person=person)
 
     def _empty_stage(self, camera: ViewCamera) -> Empty:
-        """The stage without anybody; kept for a camera that stands."""
+        """Return the empty stage; cached for a camera that stands still."""
         if self._clear is None or self._clear[0] != camera:
             self._clear = camera, empty_stage(self.look, camera, self.settings.size)
         return self._clear[1]
 
     def _sky(self, camera: ViewCamera | None) -> FloatArray:
-        """The sky behind every pixel (H, W, 3)."""
+        """Return the sky behind every pixel (H, W, 3)."""
         size = self.settings.size
         if camera is None or self.look.zenith is None:
             return np.broadcast_to(self.look.fill, (size, size, 3))
@@ -212,11 +208,11 @@ class Renderer:
         return denoise(layers) if self.settings.denoise else layers.color
 
     def cutout(self, vertices: FloatArray, camera: ViewCamera) -> Cutout:
-        """The person and the shadow it throws, without the stage: what the person's part of each
-        pixel gives, and the light that the ground keeps.
+        """Render the person and its shadow without the stage.
 
-        With a material or objects of one's own the shadow is what the ground's picture loses when
-        the person steps on it.
+        The result holds the person's part of each pixel and the fraction of its light that the
+        ground keeps. With a custom material or custom objects the shadow is the difference between
+        the ground's pictures without and with the person.
         """
         if self._tracer is not None:
             parts = self._parts(self._tracer, vertices, camera)
@@ -249,8 +245,11 @@ class Renderer:
     def _rim(
         self, tracer: Tracer, person: FloatArray, camera: ViewCamera, *, samples: int = 32
     ) -> FloatArray:
-        """How much of each pixel is the person (H, W): along its rim, which shows when it is laid
-        over something else, from more samples."""
+        """Return the fraction of each pixel that the person covers (H, W), with more samples along
+        the rim.
+
+        The rim shows when the person is composited over another picture.
+        """
         import cv2
 
         square, alpha = np.ones((3, 3), np.uint8), person.copy()
@@ -264,9 +263,9 @@ class Renderer:
     def _covered(
         self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 32
     ) -> FloatArray:
-        """As `mask`, but what the ground hides does not count (a toe that sinks into it)."""
+        """Return `mask` without parts that the ground occludes (a toe that sinks into it)."""
         mi = activate(self.variant, self.settings.threads)
-        if self._holdout is None:  # a white person on black ground: the albedo is the mask
+        if self._holdout is None:  # render a white person on black ground: the albedo is the mask
             white, black = (
                 {"type": "diffuse", "reflectance": {"type": "rgb", "value": [v, v, v]}}
                 for v in (1.0, 0.0)
@@ -287,13 +286,13 @@ class Renderer:
         alpha = np.array(image, np.float32)[..., 0]
         return np.clip(np.where(alpha < 1e-3, 0, alpha), 0, 1)
 
-    def _scene(self, mi: Any, objects: dict[str, Any]) -> _Shown:
+    def _scene(self, mi: Any, objects: dict[str, Any]) -> Shown:
         kept = {name: value for name, value in objects.items() if value is not None}
         scene = mi.load_dict({"type": "scene", **kept, "sensor": self._sensor()})
-        return _Shown(scene, mi.traverse(scene))
+        return Shown(scene, mi.traverse(scene))
 
     def render(self, vertices: FloatArray, camera: ViewCamera) -> ByteArray:
-        """One picture.
+        """Render one picture.
 
         Parameters
         ----------
@@ -309,7 +308,7 @@ class Renderer:
         Raises
         ------
         InputError
-            `vertices` has another shape than the surface's or holds NaN.
+            The shape of `vertices` differs from the surface's, or they contain NaN.
         """
         if self.settings.background == "stage":
             return srgb_bytes(self.linear(vertices, camera)[self.settings.window])
@@ -318,10 +317,12 @@ class Renderer:
         return picture[self.settings.window]
 
     def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:
-        """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from
-        `samples` rays a pixel."""
+        """Return the fraction of each pixel that the person covers, (size, size) float32 in [0, 1].
+
+        It is estimated from `samples` rays per pixel.
+        """
         mi = activate(self.variant, self.settings.threads)
-        if self._alone is None:  # a scene of the person alone: its alpha channel is the mask
+        if self._alone is None:  # a scene with only the person: its alpha channel is the mask
             self._alone = self._scene(mi, {"person": mesh_object(mi, self._mesh, self._surface)})
         self._show(mi, self._alone, camera, np.asarray(vertices, np.float32))
         image = mi.render(
@@ -336,7 +337,8 @@ class Renderer:
             "fov": 28.0,
             "near_clip": 0.05,
             "far_clip": 10000.0,
-            # Open Image Denoise needs pixels that are independent of each other: a box filter
+            # Open Image Denoise needs pixels that are independent of each other, so the filter is a
+            # box
             "film": {
                 "type": "hdrfilm",
                 "width": size,
@@ -349,40 +351,31 @@ class Renderer:
         }
 
     def _show(
-        self, mi: Any, shown: _Shown, camera: ViewCamera, vertices: FloatArray | None = None
+        self,
+        mi: Any,
+        shown: Shown,
+        camera: ViewCamera,
+        vertices: FloatArray | None = None,
+        *,
+        sensor: bool = True,
     ) -> None:
-        """Move the person (where the scene has one) and the camera of a scene, and only what
-        differs from what it shows."""
+        """Move the person, the lamp and, with `sensor`, the camera of a scene.
+
+        Only changed values are written: any change costs 26 ms of processor time.
+        """
         if vertices is not None and vertices.shape != (self._count, 3):
             raise InputError(
                 f"the frame has vertices of shape {vertices.shape}; the surface has "
                 f"({self._count}, 3)"
             )
-        parameters = shown.parameters
-        if vertices is not None and (
-            shown.vertices is None or not np.array_equal(shown.vertices, vertices)
-        ):
+        person = None
+        if vertices is not None and not shown.holds(vertices):
             if not np.isfinite(vertices).all():
                 raise InputError(
                     "the frame's vertices hold NaN or infinite numbers; check the motion that "
                     "moved them"
                 )
-            parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
-            parameters["person.vertex_normals"] = self._mesh.normals(vertices).ravel()
-        if camera != shown.camera:
-            right, up, backward = camera.axes
-            matrix = np.eye(4)
-            # Mitsuba's camera looks along +z with +x to the left of the picture
-            matrix[:3, :3], matrix[:3, 3] = np.stack([-right, up, -backward], axis=1), camera.origin
-            parameters["sensor.to_world"] = _transform(mi, matrix)
-            parameters["sensor.x_fov"] = camera.fov
-            if "spot.to_world" in parameters:
-                parameters["spot.to_world"] = _transform(
-                    mi, self.look.spot_light(camera.target).matrix
-                )
-        parameters.update()
-        shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
-
-
-def _transform(mi: Any, matrix: FloatArray) -> Any:
-    return mi.AffineTransform4f(mi.ScalarMatrix4f(matrix.tolist()))
+            person = vertices[self._mesh.source], self._mesh.normals(vertices)
+        lamp = self.look.spot_light(camera.target).matrix
+        shown.change(mi, person=person, lamp=lamp, camera=camera if sensor else None)
+        shown.vertices = None if vertices is None else vertices.copy()

@@ -1,5 +1,5 @@
-"""Where in the photo's place a person may walk: the floor that the picture shows, and a way that
-stays on it and in the picture."""
+"""The area of the photo's place where a person may walk: the visible floor, and a path that stays
+on it and in the picture."""
 
 from __future__ import annotations
 
@@ -14,48 +14,47 @@ from a2v.rendering.camera import ViewCamera
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 SIDE = 240
-"""Side of the picture in which the floor is looked for, pixels."""
+"""Side of the picture in which the floor is searched, pixels."""
 _STOOD = 0.4
-"""The ground so far around the feet in the photo is floor, meters."""
+"""Ground within this distance of the feet in the photo is floor, meters."""
 _MOST = 0.5
-"""Smallest share of the ground around the feet that one region has to take."""
+"""Smallest fraction of the ground around the feet that one region must cover."""
 _GROUND = 0.85
-"""Smallest share of a region of the floor that lies below the horizon and near enough."""
+"""Smallest fraction of a floor region that lies below the horizon and near enough."""
 _ALIKE = np.array([20.0, 7.0, 14.0])
-"""Largest differences of the mean color of two regions of one floor, CIELAB."""
+"""Largest differences of the mean colors of two regions of one floor, CIELAB."""
 _SPREADS = 4
-"""Number of steps from region to region."""
+"""Number of times that the floor is extended from region to neighboring region."""
 _AROUND = 1.0
-"""The ground so far around them is floor unless its colors say otherwise, meters; what is farther
-is none unless they do."""
+"""Ground within this distance of the feet is floor unless its colors differ; farther ground is
+floor only if its colors match, meters."""
 _FARTHEST = 15.0
-"""Ground farther from the camera than this is not walked on, meters."""
+"""Ground farther than this from the camera is not walked on, meters."""
 _WIDTH = 0.3
-"""Half the width that a person takes, meters."""
+"""Half the width of a walking person, meters."""
 _ENTRANCE = 0.9
 """A clip that begins in the photo's pose turns into its own direction within this time, s."""
 _TURNS = np.radians(np.arange(-180, 180, 15))
-"""Directions that are tried, radians."""
+"""Candidate turns, radians."""
 _CURVES = np.array([0.0, 0.35, -0.35, 0.7, -0.7, 1.1, -1.1, 1.7, -1.7])
-"""Curvatures that are tried, radians a meter."""
+"""Candidate curvatures, radians per meter."""
 _SHORTER = np.array([1.0, 0.6, 0.3, 0.1])
-"""Shares of the way that are tried: less of it is walked on the spot."""
+"""Candidate fractions of the path length; the rest is walked in place."""
 _COSTS = (0.02, 0.08, 1.0)
-"""What a radian of turn, a radian a meter and a way that is wholly left out cost, beside frames
-that are not allowed, which cost 10 together."""
+"""Costs of a radian of turn, of a radian per meter, and of leaving out the whole path. For
+comparison: frames that are not allowed cost 10 if all are."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spot(Record):
-    """Where one frame of a clip stands in a place.
+    """Position and turn of one frame of a clip in a place.
 
     Attributes
     ----------
     turn : float
-        By how much it is turned about the vertical through the root, radians, counter-clockwise
-        seen from above.
+        Turn about the vertical through the root, radians, counter-clockwise seen from above.
     root, place : tuple of 2 float
-        Where the root is in the clip, and where it comes to, x and z, meters, world.
+        Position of the root in the clip and in the place, x and z, meters, world.
     """
 
     turn: float
@@ -63,7 +62,7 @@ class Spot(Record):
     place: tuple[float, ...]
 
     def moved(self, vertices: FloatArray) -> FloatArray:
-        """Vertices (V, 3) of the clip's frame in the place, float32."""
+        """Move vertices (V, 3) from the clip's frame to the place, float32."""
         flat = np.asarray(vertices, np.float64)[:, [0, 2]] - self.root
         result = np.array(vertices, np.float32)
         result[:, [0, 2]] = _turned(flat, np.full(len(flat), self.turn)) + self.place
@@ -72,7 +71,7 @@ class Spot(Record):
 
 @dataclass(frozen=True, eq=False)
 class Detour:
-    """A way over the floor instead of a clip's own.
+    """A path over the floor that replaces a clip's own.
 
     Attributes
     ----------
@@ -81,7 +80,7 @@ class Detour:
     roots, places : (T, 2) float64
         As of `Spot`.
     share : float
-        Share of the frames that stand on the floor and in the picture.
+        Fraction of the frames that stand on the floor and in the picture.
     """
 
     turns: FloatArray
@@ -91,7 +90,7 @@ class Detour:
 
     @property
     def spots(self) -> list[Spot]:
-        """Frame by frame."""
+        """One spot per frame."""
         rows = zip(self.turns.tolist(), self.roots.tolist(), self.places.tolist(), strict=True)
         return [Spot(turn=turn, root=tuple(root), place=tuple(place)) for turn, root, place in rows]
 
@@ -99,10 +98,11 @@ class Detour:
 def find_floor(
     picture: ByteArray, camera: ViewCamera, stood: FloatArray, regions: IntArray | None = None
 ) -> BoolArray:
-    """Pixels of a picture without the person that show the floor on which they stood.
+    """Find the pixels that show the floor on which the person stood, in a picture without the
+    person.
 
-    What lies above the horizon cannot be ground; the ground around the feet is. Between the two
-    colors decide (GrabCut, OpenCV), and what is joined to the feet is the floor.
+    Pixels above the horizon are not floor; the ground around the feet is. Colors decide about the
+    pixels between (GrabCut, OpenCV). The floor is the part that is connected to the feet.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ def find_floor(
     stood : (2,)
         Where the person stood, x and z, meters, world.
     regions : (h, h) int, optional
-        Regions of one color of the picture: the floor is the one around the feet and those of its
-        color beside it. Colors alone decide where that one reaches up the wall.
+        Regions of uniform color of the picture. The floor is the region around the feet and its
+        neighbors of the same color. If that region extends up a wall, only GrabCut decides.
 
     Returns
     -------
@@ -155,8 +155,10 @@ def find_floor(
 def _floor_regions(
     picture: ByteArray, regions: IntArray, near: BoolArray, below: BoolArray
 ) -> BoolArray | None:
-    """The floor (h, h) as the region around the feet and those of its color that touch it; None if
-    that region is not ground alone, or is not clearly the one around the feet."""
+    """Return the floor (h, h): the region around the feet and the adjacent ones of its color.
+
+    Returns None if that region is not only ground, or does not clearly surround the feet.
+    """
     import cv2
 
     side = len(near)
@@ -186,8 +188,11 @@ def _floor_regions(
 
 
 def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
-    """The ground's x and z (S, S, 2), meters, under the pixels of a picture of `side` pixels, and
-    which of them (S, S) show ground within 15 m."""
+    """Return the ground points under the pixels of a picture of `side` pixels.
+
+    The points are x and z (S, S, 2), meters; the mask (S, S) marks pixels that show ground within
+    15 m.
+    """
     reach = side / 2 / np.tan(np.radians(camera.fov) / 2)
     at = np.arange(side) + 0.5 - side / 2
     across, down = np.meshgrid(at / reach, at / reach)
@@ -205,10 +210,10 @@ def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
 def standing_room(
     floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], size: int, tall: float
 ) -> Callable[[FloatArray], BoolArray]:
-    """Which places (N, 2), x and z, a person `tall` meters may stand on: on the `floor` (h, h), and
-    wholly in the photo.
+    """Return a test of which places (N, 2), x and z, a person `tall` meters may stand on.
 
-    `frame` is where the photo lies in the picture of `size` pixels (`Place.frame`).
+    The person must be on the `floor` (h, h) and wholly inside the photo. `frame` is the photo's box
+    in the picture of `size` pixels (`Place.frame`).
     """
     side = len(floor)
     left, top, right, bottom = (edge * side / size for edge in frame)
@@ -242,18 +247,18 @@ def standing_room(
 def find_detour(
     roots: FloatArray, allowed: Callable[[FloatArray], BoolArray], *, fps: float, entering: bool
 ) -> Detour:
-    """Turn and bend a clip's way as little as needed, so that it stays where it is `allowed`.
+    """Turn and bend a clip's path as little as needed to stay where it is `allowed`.
 
     Parameters
     ----------
     roots : (T, 2)
-        The root's x and z in the clip, meters; the first one stays where it is.
+        The root's x and z in the clip, meters; the first one stays fixed.
     allowed : callable
-        Which places (N, 2) are allowed; the one where the clip begins counts as allowed.
+        Whether places (N, 2) are allowed. The clip's start always counts as allowed.
     fps : float
     entering : bool
-        The clip begins in the photo's pose: its first frame stays as it is, and the turn comes
-        within .9 s.
+        The clip begins in the photo's pose: its first frame is unchanged, and the turn happens
+        within 0.9 s.
     """
     roots = np.asarray(roots, np.float64)
     steps = np.diff(roots, axis=0)
@@ -279,7 +284,7 @@ def find_detour(
                 )
                 if price < best:
                     best, found = price, (turns, places, good)
-        if best < _COSTS[2] * (1 - 0.6):  # no shorter way is cheaper
+        if best < _COSTS[2] * (1 - 0.6):  # no shorter path is cheaper
             break
     assert found is not None
     turns, places, good = found
@@ -287,7 +292,7 @@ def find_detour(
 
 
 def _turned(steps: FloatArray, turns: FloatArray) -> FloatArray:
-    """Steps (T, 2), x and z, turned about the vertical by (T,) radians, counter-clockwise seen from
+    """Turn steps (T, 2), x and z, about the vertical by (T,) radians, counter-clockwise seen from
     above."""
     sine, cosine = np.sin(turns), np.cos(turns)
     return np.stack(

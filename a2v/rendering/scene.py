@@ -1,4 +1,4 @@
-"""The stage: the ground, a sun and a spot light from above, and a fill light from all around."""
+"""The stage: the ground, a sun and a spot light above it, and a fill light from all directions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from a2v.types import ByteArray, FloatArray
 Triple = tuple[float, float, float]
 
 FINEST = 0.05
-"""Width of the finest patches of a mottled ground, meters: four texels."""
+"""Width of the finest patches of a mottled ground, meters (four texels)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,17 +30,17 @@ class LookSettings(Record):
     Attributes
     ----------
     background : tuple of 3 float
-        sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill
-        light). The ground's albedo follows from it: far from the spot light's pool, lit ground has
-        just the backdrop's color, so the horizon dissolves.
+        sRGB in [0, 1] of the backdrop, which is also the constant light from all directions (the
+        fill light). The ground's albedo follows from it: far from the spot light, lit ground has
+        the backdrop's color, so that the horizon is invisible.
     zenith : tuple of 3 float or None
-        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's color, it
-        goes over into this one. None: the background's all around.
+        sRGB in [0, 1] of the sky overhead. The sky blends from the background's color at the
+        horizon to this one. None: the background's color everywhere.
     haze : float
-        How quickly: the sine of the elevation at which 63 % of the way is gone.
+        Scale of that blend: the sine of the elevation at which it has reached 63 %.
     ground : tuple of 3 float or None
-        sRGB reflectance of the ground near the origin, which goes over into the dissolving one
-        towards `ground_radius`. None: that one.
+        sRGB reflectance of the ground near the origin. It blends into the reflectance that follows
+        from `background` toward `ground_radius`. None: that one everywhere.
     sun : tuple of 3 float
         Irradiance over pi (linear RGB) of the directional light on a surface that faces it.
     sun_direction : tuple of 3 float
@@ -50,15 +50,14 @@ class LookSettings(Record):
     spot : tuple of 3 float
         Irradiance over pi (linear RGB) of the spot light at the character.
     spot_position : tuple of 3 float
-        Where it hangs relative to the point on the ground under the camera's target, meters: it
-        follows the character.
+        Position relative to the ground point below the camera's target, meters. The light follows
+        the character.
     spot_radius : float
         Radius of its disk, meters: the softness of its shadows.
     grid : float
-        Distance of the lines on the ground, meters, which show that the character travels; 0: no
-        lines.
+        Distance between the lines on the ground, meters; they make travel visible. 0: no lines.
     grid_contrast : float
-        How much darker the lines are than the ground.
+        Fraction by which the lines are darker than the ground.
     mottle : float
         Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of
         its albedo; 0: none.
@@ -67,10 +66,10 @@ class LookSettings(Record):
     ground_radius : float
         Half the side of the ground, meters; the lines fade towards it.
     gloss : bool
-        Skin and eyes shine, and light goes softly round skin (`a2v.rendering.matter`); else all is
-        matt.
+        True: skin and eyes are glossy, and shadow borders on skin are soft
+        (`a2v.rendering.matter`). False: all is matte.
     bounces : int
-        Path length: 1 light from lamps only, 2 light once reflected.
+        Path length: 1 is direct light only, 2 includes light reflected once.
     """
 
     background: Triple = (0.77, 0.79, 0.81)
@@ -126,11 +125,12 @@ class LookSettings(Record):
 
     @property
     def sun_light(self) -> DiskLight:
-        """The sun."""
+        """Disk of the sun."""
         return sun_disk(np.array(self.sun_direction), self.sun_angle, np.array(self.sun))
 
     def spot_light(self, target: Triple = (0.0, 0.0, 0.0)) -> DiskLight:
-        """The spot light that follows `target`, meters (its place on the ground counts)."""
+        """Return the spot light above `target`, meters; only the ground position of `target`
+        matters."""
         return spot_disk(
             np.array(self.spot_position),
             self.spot_radius,
@@ -144,8 +144,11 @@ class LookSettings(Record):
         return np.asarray(np.maximum(srgb_to_linear(np.array(self.background)), 1e-3))
 
     def sky(self, rise: FloatArray) -> FloatArray:
-        """Linear light (..., 3) of the sky in directions whose sine of elevation is `rise` (...);
-        below the horizon the horizon's."""
+        """Return the sky's linear light (..., 3) in directions whose sine of elevation is `rise`
+        (...).
+
+        Below the horizon it is the horizon's.
+        """
         if self.zenith is None:
             return np.broadcast_to(self.fill, (*np.shape(rise), 3))
         over = 1 - np.exp(-np.maximum(np.asarray(rise), 0) / self.haze)
@@ -153,8 +156,8 @@ class LookSettings(Record):
 
     @property
     def sky_on_ground(self) -> FloatArray:
-        """Irradiance over pi (3,) of the whole sky on open ground: `sky` times twice the sine,
-        integrated over it."""
+        """Irradiance over pi (3,) of the whole sky on open ground: the integral of `sky` times
+        twice the sine of elevation."""
         if self.zenith is None:
             return self.fill
         low = 2 * (self.haze**2 - np.exp(-1 / self.haze) * (self.haze**2 + self.haze))
@@ -166,7 +169,7 @@ class LookSettings(Record):
 
     @property
     def ground_albedo(self) -> FloatArray:
-        """Linear albedo (3,) that makes sunlit open ground as bright as the backdrop."""
+        """Linear albedo (3,) at which sunlit open ground is as bright as the backdrop."""
         slope = self.sun_direction[1] / float(np.linalg.norm(self.sun_direction))
         return np.asarray(
             np.minimum(self.fill / (self.sky_on_ground + slope * np.array(self.sun)), 0.98),
@@ -175,7 +178,7 @@ class LookSettings(Record):
 
     @property
     def plain_ground(self) -> bool:
-        """Whether the ground has one albedo everywhere."""
+        """Whether the ground has the same albedo everywhere."""
         return self.ground is None and not self.is_patterned
 
     @property
@@ -184,8 +187,8 @@ class LookSettings(Record):
         return (self.grid > 0 and self.grid_contrast > 0) or self.mottle > 0
 
     def ground_at(self, place: FloatArray) -> FloatArray:
-        """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in
-        meters."""
+        """Return the linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x
+        and z in meters."""
         beyond = self.ground_albedo
         if self.ground is None:
             return np.broadcast_to(beyond, (*place.shape[:-1], 3))
@@ -196,10 +199,10 @@ class LookSettings(Record):
 
 
 def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
-    """Ground and lights as a Mitsuba dictionary."""
+    """Return ground and lights as a Mitsuba dictionary."""
     transform = mi.ScalarTransform4f
-    # A disk far away is a directional light with soft shadows. (As a bright patch of an environment
-    # map it is noisier: one sample would have to choose between the sun and the sky.)
+    # A distant disk is a directional light with soft shadows. (A bright patch in an environment map
+    # is noisier: one sample would have to choose between the sun and the sky.)
     sun, spot = look.sun_light, look.spot_light()
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
     objects: dict[str, Any] = {
@@ -208,7 +211,7 @@ def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
             "to_world": transform().rotate([1, 0, 0], -90).scale(look.ground_radius),
             "bsdf": {"type": "diffuse", "reflectance": _ground_texture(mi, look)},
         },
-        "horizon": {  # the ground goes on; a hair lower, so that the two never fight for a ray
+        "horizon": {  # extends the ground; slightly lower, so that rays do not hit both
             "type": "rectangle",
             "to_world": transform().translate([0, -0.002, 0]).rotate([1, 0, 0], -90).scale(100.0),
             "bsdf": {
@@ -226,7 +229,7 @@ def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
             "light": {"type": "area", "radiance": {"type": "rgb", "value": sun.radiance.tolist()}},
         },
     }
-    if max(look.spot) > 0:  # a dark one would throw a shadow all the same
+    if max(look.spot) > 0:  # a dark spot light would still cast a shadow
         objects["spot"] = {
             "type": "disk",
             "to_world": transform(spot.matrix),
@@ -239,7 +242,7 @@ def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
 def _sky(mi: Any, look: LookSettings) -> dict[str, Any]:
     if look.zenith is None:
         return {"type": "constant", "radiance": {"type": "rgb", "value": look.fill.tolist()}}
-    rows = 256  # a picture of the whole sphere: row 0 is overhead
+    rows = 256  # a picture of the whole sphere; row 0 is overhead
     picture = look.sky(np.cos((np.arange(rows) + 0.5) / rows * np.pi))[:, None].repeat(8, axis=1)
     return {"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32))}
 
@@ -257,8 +260,11 @@ def _ground_texture(mi: Any, look: LookSettings) -> dict[str, Any]:
 
 
 def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
-    """Factor (pixels, pixels), rows along z and columns along x, on the ground's albedo: faint
-    lines and irregular lightness, which fade out towards its rim."""
+    """Return the factor (pixels, pixels) on the ground's albedo: faint lines and irregular
+    lightness that fade toward the rim.
+
+    Rows go along z and columns along x.
+    """
     if not look.is_patterned:
         return np.ones((pixels, pixels))
     at, pixel = _texels(look, pixels), 2 * look.ground_radius / pixels
@@ -274,8 +280,11 @@ def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
 
 
 def _mottle(look: LookSettings, pixels: int) -> FloatArray:
-    """Noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of `mottle_size` and
-    of halves of it down to `FINEST`."""
+    """Return noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of several
+    sizes.
+
+    The sizes are `mottle_size` and its halves down to `FINEST`.
+    """
     import cv2
 
     generator, size = np.random.default_rng(0), look.mottle_size
@@ -291,8 +300,8 @@ def _mottle(look: LookSettings, pixels: int) -> FloatArray:
 
 
 def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
-    """The ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as Mitsuba
-    lays it over the ground."""
+    """Return the ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as
+    Mitsuba maps it."""
     at = _texels(look, pixels).astype(np.float32)
     place = (
         np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1)
@@ -305,10 +314,11 @@ def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
 
 
 def _texels(look: LookSettings, pixels: int) -> FloatArray:
-    """Where the ground's texels lie along a side, meters."""
+    """Positions of the texels of the ground's texture along one side, meters."""
     return (np.arange(pixels) + 0.5) / pixels * 2 * look.ground_radius - look.ground_radius
 
 
 def _fade(radius: FloatArray) -> FloatArray:
-    """1 in the middle of the ground, 0 at its rim; `radius` is a fraction of half its side."""
+    """Return 1 in the middle of the ground, falling to 0 at its rim; `radius` is a fraction of half
+    its side."""
     return smoothstep((0.85 - radius) / 0.6, 0, 1)

@@ -1,5 +1,7 @@
-"""What notebooks show inline: characters and motions to turn, videos to play. One piece of HTML
-with everything inside, so that JupyterLab, VS Code and pages made of notebooks show the same.
+"""Views for notebooks: characters and motions that can be turned, videos that can be played.
+
+A view is one piece of HTML with all contents, so that JupyterLab, VS Code and exported notebooks
+show the same.
 """
 
 from __future__ import annotations
@@ -27,21 +29,22 @@ from a2v.types import Character, FloatArray, Motion, Surface
 
 @dataclass(frozen=True)
 class View:
-    """Something to look at: notebooks show it where it is the last value of a cell.
+    """An HTML view. A notebook shows it if it is the last value of a cell.
 
     Attributes
     ----------
     page : str
         HTML that needs no server and no network.
     height : int
-        Pixels that it takes in a notebook.
+        Height in a notebook, pixels.
     """
 
     page: str
     height: int
 
     def _repr_html_(self) -> str:
-        """The page in a frame of its own: its styles and scripts stay apart from the notebook's."""
+        """Return the page in a frame, which separates its styles and scripts from the
+        notebook's."""
         style = f"width:100%;height:{self.height}px;border:0;border-radius:8px"
         return f'<iframe srcdoc="{html.escape(self.page)}" style="{style}" title="a2v" allowfullscreen></iframe>'  # noqa: E501
 
@@ -51,7 +54,7 @@ class View:
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the page as a file of its own."""
+        """Write the page as a standalone file."""
         with atomic_path(path) as temporary:
             temporary.write_text(self.page, encoding="utf-8")
 
@@ -64,29 +67,29 @@ def show(
     title: str = "",
     small: bool = False,
 ) -> View:
-    """A view of a character, a motion or a video, to turn and to play.
+    """Return a view of a character, a motion or a video.
 
     Parameters
     ----------
     what : Character, Surface, Motion, bytes or path
-        Bytes of a binary glTF or an MP4; the path of one, of a motion (``.bvh``, ``.npz``...), of a
-        page that a2v wrote, or of the folder of `a2v video`. Of a batch of motions the clips stand
-        beside each other.
+        An object; bytes of a binary glTF or an MP4; or the path of one, of a motion (``.bvh``,
+        ``.npz``...), of a page that a2v wrote, or of the output folder of `a2v video`. The clips of
+        a batch of motions stand side by side.
     clips : mapping, optional
-        What a `Character` does: by name its bone transforms (T, B, 4, 4), world from bone, and
-        frames per second.
+        Clips of a `Character` by name: bone transforms (T, B, 4, 4), world from bone, and frames
+        per second.
     height : int
         Pixels.
     title : str
-        What stands above it.
+        Heading above the view.
     small : bool
-        Of a `Character`: a copy of few triangles and a small texture (`lighter`), about 1.5 MB
-        instead of 9, for notebooks that are kept.
+        Show a copy of a `Character` with few triangles and a small texture (`lighter`), for saved
+        notebooks: about 1.5 MB instead of 9.
 
     Raises
     ------
     InputError
-        It is nothing that can be shown, cannot be read, or is too large for a page.
+        `what` cannot be shown or read, or is too large for a page.
     """
     if isinstance(what, str | os.PathLike):
         return _show_file(Path(what), height, title)
@@ -137,15 +140,14 @@ def _show_data(data: bytes, height: int, title: str) -> View:
 
 
 def stick_mesh(motion: Motion) -> tuple[Surface, FloatArray]:
-    """A motion as a mesh of one long octahedron a bone.
+    """Return a motion as a mesh with one long octahedron per bone.
 
     Returns
     -------
     surface : Surface
-        Of the first frame; bones of the left, the right and the middle have the colors of stick
-        figures.
+        The first frame. Left, right and middle bones have the colors of stick figures.
     frames : (T, V, 3) float32
-        Vertices of every frame, meters; clips of a batch stand a meter and a half apart.
+        Vertices of every frame, meters. Clips of a batch stand 1.5 m apart.
     """
     from matplotlib.colors import to_rgb
 

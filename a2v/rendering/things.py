@@ -1,5 +1,5 @@
-"""A person and the solids of a scene as one surface, so that they are lit and throw shadows
-alike."""
+"""A person and the props of a scene as one surface, so that both are lit and cast shadows in the
+same way."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from a2v.props import COLOR, Props
 from a2v.types import Surface
 
 _ROWS = 8
-"""Rows of texels in the props' color, below a surface's own texture."""
+"""Number of rows of texels in the props' color, below the surface's own texture."""
 
 
 def with_props(surface: Surface, props: Props) -> Surface:
-    """A surface (V vertices) with those of the props behind its own, in their color.
+    """Append the vertices of the props to a surface (V vertices), in the props' color.
 
-    The same surface without props. What belongs to the surface alone (its face, its twins) keeps
-    its meaning.
+    Without props the given surface is returned. The surface's face and twins remain valid.
     """
     if not len(props.faces):
         return surface

@@ -1,9 +1,9 @@
-"""Light on the person and on the ground, ray by ray, for chosen pixels: every sample asks the sun,
-the lamp and one direction of the sky.
+"""Light on the person and on the ground for chosen pixels. Every sample traces the sun, the lamp
+and one sky direction.
 
-Mitsuba's path integrator picks one of the lights for a sample; asking all of them costs about the
-same number of rays and is far less noisy, and a list of pixels instead of a picture leaves out what
-nobody touches. Dr.Jit compiles it once (LLVM only).
+Mitsuba's path integrator picks one of the lights for each sample. Tracing all of them takes about
+the same number of rays and has far less noise. A list of pixels instead of a picture leaves out the
+unchanged pixels. Dr.Jit compiles the code once (LLVM only).
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from a2v.rendering.scene import LookSettings
 from a2v.types import FloatArray, IntArray
 
 _MOST = 1 << 22
-"""Samples of one launch; more are traced in parts."""
+"""Largest number of samples per launch; more are traced in parts."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Traced:
     """Means over the samples of each of N pixels, float32.
 
-    `person` (N,) is the fraction of samples that hit the person, `color` (N, 3) its linear light
-    and `albedo` (N, 3) its reflectance, both times `person`.
+    `person` (N,) is the fraction of samples that hit the person. `color` (N, 3) is the person's
+    linear light and `albedo` (N, 3) its reflectance, both times `person`.
     """
 
     color: FloatArray
@@ -39,10 +39,10 @@ class Traced:
 
 
 class Tracer:
-    """Traces the person in one Mitsuba scene whose lights are the stage's
-    (`a2v.rendering.scene.stage`), and the light on its ground; light once reflected.
+    """Traces the person and the light on the ground in one Mitsuba scene.
 
-    `matter` (F,) says what the person's faces are (`a2v.rendering.matter`); without it all is matt.
+    The lights are the stage's (`a2v.rendering.scene.stage`); light is reflected once. `matter` (F,)
+    holds the materials of the person's faces (`a2v.rendering.matter`); without it all are matte.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Tracer:
         self._mi, self._scene, self._person, self._settings = mi, scene, person, settings
         self._matter = None if matter is None else mi.Float(matter.astype(np.float32))
         self._table: Any = None
-        # the printed part of the ground; a plain one is one shape with what is beyond
+        # the textured part of the ground; a plain ground is one shape with the outer part
         self._ground = (
             None
             if settings.plain_ground
@@ -66,10 +66,12 @@ class Tracer:
     def trace(
         self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
     ) -> Traced:
-        """What `pixels` (N,), row * size + column, show of the person; `samples`, an even number,
-        each. They depend on the pixel's place, their number and the seed alone.
+        """Trace the person in `pixels` (N,), each given as row * size + column, with `samples`
+        samples each.
 
-        Two samples share one ray to the sky, which costs as much as the rest of a sample.
+        `samples` is even. The result depends only on the pixel's position, the number of samples
+        and the seed. Two samples share one ray to the sky, which costs as much as the rest of a
+        sample.
         """
 
         def light(lanes: _Lanes) -> list[Any]:
@@ -83,7 +85,7 @@ class Tracer:
     def covered(
         self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
     ) -> FloatArray:
-        """How much of each pixel shows the person (N,)."""
+        """Return the fraction (N,) of each pixel that the person covers."""
         import drjit as dr
 
         def seen(lanes: _Lanes) -> list[Any]:
@@ -107,8 +109,11 @@ class Tracer:
         size: int,
         seed: int,
     ) -> FloatArray:
-        """Irradiance over pi (N, 3) of the ground, whatever stands before it, means over `steps`
-        (N,) pixels from each of `pixels` (N,) on to the right; NaN where a ray meets no ground."""
+        """Return the irradiance over pi (N, 3) of the ground, also behind occluders.
+
+        Each value is the mean over `steps` (N,) pixels, from each of `pixels` (N,) to the right;
+        NaN where no ray meets the ground.
+        """
 
         def light(lanes: _Lanes) -> list[Any]:
             return self._under(
@@ -125,8 +130,10 @@ class Tracer:
         seed: int,
         steps: IntArray | None = None,
     ) -> FloatArray:
-        """Means (N, K) of the K values that `light` makes of the samples of each pixel, or of so
-        many `steps` (N,) pixels."""
+        """Return means (N, K) of the K values of `light` over the samples of each pixel.
+
+        With `steps` (N,), the samples of an item spread over this number of pixels.
+        """
         import drjit as dr
 
         mi, mask, step, parts = (
@@ -162,7 +169,7 @@ class Tracer:
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
     def _light(self, rays: list[Any], draws: _Draws, lamps: Lamps) -> list[Any]:
-        """Light and albedo (3 each) and hit of the person, the sums over two camera rays."""
+        """Return the person's light (3), albedo (3) and hits, summed over two camera rays."""
         import drjit as dr
 
         mi, seen = self._mi, []
@@ -193,7 +200,8 @@ class Tracer:
         return sums
 
     def _under(self, ray: Any, draws: _Draws, lamps: Lamps) -> list[Any]:
-        """Irradiance over pi (3) where rays meet the plane of the ground, NaN elsewhere."""
+        """Return the irradiance over pi (3) where rays meet the plane of the ground, NaN
+        elsewhere."""
         import drjit as dr
 
         mi = self._mi
@@ -211,8 +219,7 @@ class Tracer:
     def _direct(
         self, si: Any, normal: Any, points: list[Any], lamps: Lamps, hit: Any, made: Hit | None
     ) -> tuple[Any, Any]:
-        """What sun and lamp give, from a point of each: irradiance over pi, and light that is
-        mirrored."""
+        """Sample sun and lamp once each: irradiance over pi, and light reflected as gloss."""
         mi = self._mi
         light, gloss = mi.Color3f(0), mi.Color3f(0)
         for power, lamp, draw in (
@@ -227,8 +234,10 @@ class Tracer:
     def _indirect(
         self, si: Any, normal: Any, draws: _Draws, lamps: Lamps, hit: Any
     ) -> tuple[Any, Any, Any]:
-        """Irradiance over pi from the sky and from what it is hidden by, the ray that asked, and
-        where it met nothing."""
+        """Sample one sky direction: irradiance over pi from the sky or from its occluder.
+
+        Also returns the ray and where it met nothing.
+        """
         import drjit as dr
 
         mi = self._mi
@@ -246,9 +255,12 @@ class Tracer:
         return light, bounce, free
 
     def _on_person(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any]:
-        """Where a ray met the person, its albedo there, and the shading normal on the side that is
-        seen. The mesh and its material are asked themselves: a call by way of the scene asks all of
-        the scene's kinds of shapes and materials."""
+        """Return where a ray met the person, the albedo there, and the shading normal on the
+        visible side.
+
+        The mesh and its material are called directly: a call through the scene would dispatch over
+        all its kinds of shapes and materials.
+        """
         import drjit as dr
 
         mi = self._mi
@@ -261,8 +273,8 @@ class Tracer:
         return si, albedo, mi.Vector3f(si.sh_frame.n) * dr.select(seen_behind, -1.0, 1.0)
 
     def _struck(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any, Any]:
-        """As `_on_person`, where a ray met the person or the ground, and whether it did (lamps
-        throw nothing back)."""
+        """`_on_person` for rays that met the person or the ground, and whether they did. Lamps
+        reflect nothing."""
         import drjit as dr
 
         mi = self._mi
@@ -284,7 +296,7 @@ class Tracer:
         return si, dr.select(floor, ground, albedo), dr.select(floor, up, normal), body | floor
 
     def _sobol(self, mi: Any, least: int) -> Any:
-        """The second dimension of Sobol's sequence, at least the first `least` numbers."""
+        """Return the second dimension of Sobol's sequence, at least its first `least` numbers."""
         if self._table is None or len(self._table) < least:
             index = np.arange(max(64, least))
             value, direction = np.zeros_like(index), 1 << 31
@@ -296,8 +308,11 @@ class Tracer:
 
 
 class _Draws:
-    """Points of Sobol's sequence in the square, scrambled anew for each pixel and each pair of
-    dimensions: stratified within a pixel."""
+    """Points of Sobol's sequence in the unit square, scrambled separately for each pixel and each
+    pair of dimensions.
+
+    The points are stratified within a pixel.
+    """
 
     def __init__(self, mi: Any, index: Any, pixel: Any, mask: Any, seed: Any, table: Any) -> None:
         self._mi, self._index, self._mask, self._table = mi, index, mask, table
@@ -305,11 +320,11 @@ class _Draws:
         self._pair = 0
 
     def next(self) -> Any:
-        """The next Point2f in [0, 1)."""
+        """Return the next Point2f in [0, 1)."""
         return self._point(self._scrambled(), self._index, self._mask)
 
     def pair(self) -> list[Any]:
-        """The next two, out of twice as many in a pixel."""
+        """Return the next two points, from a sequence of twice as many per pixel."""
         keys = self._scrambled()
         return [self._point(keys, self._index * 2 + which, self._mask * 2 + 1) for which in (0, 1)]
 
@@ -324,15 +339,15 @@ class _Draws:
         one, two = keys
         at = index ^ (
             (two >> 7) & mask
-        )  # another order in every pair of dimensions, or they would go together
+        )  # shuffle each pair of dimensions differently; otherwise they would be correlated
         bits = dr.brev(at) ^ one, dr.gather(self._mi.UInt32, self._table, at) ^ two
         return self._mi.Point2f(*(self._mi.Float(part >> 8) * (1 / (1 << 24)) for part in bits))
 
 
 @dataclass(frozen=True)
 class _Lanes:
-    """The samples of a launch: their pixels, how many of a row they spread over (None: one), and
-    what they draw."""
+    """The samples of a launch: their pixels, the number of pixels of a row that they spread over
+    (None: one), and their draws."""
 
     mi: Any
     pixel: Any
@@ -340,11 +355,11 @@ class _Lanes:
     draws: _Draws
 
     def pair(self, camera: ViewCamera, size: int) -> list[Any]:
-        """Two through points in the pixel."""
+        """Return two camera rays through points in the pixel."""
         return [_primary(self.mi, self.pixel, at, camera, size) for at in self.draws.pair()]
 
     def ray(self, camera: ViewCamera, size: int) -> Any:
-        """Through a point there."""
+        """Return a camera ray through a point in the pixel."""
         at = self.draws.next()
         if self.width is not None:
             at = self.mi.Point2f(at.x * self.width, at.y)

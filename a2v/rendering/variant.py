@@ -1,8 +1,8 @@
-"""Which Mitsuba variant works on this machine, found without risking the process.
+"""The Mitsuba variant that works on this machine, found without risk to the process.
 
-Dr.Jit loads LLVM at run time and *aborts the whole process* on versions it cannot use (15 and 16,
-what Debian 12 offers first). So a child process tries a tiny render, and this process follows only
-if it lived.
+Dr.Jit loads LLVM at run time and *aborts the whole process* with versions that it cannot use (15
+and 16, which Debian 12 offers first). So a child process tries a tiny render first, and this
+process uses LLVM only if the child survived.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ print("a2v: llvm works")
 
 
 def llvm_candidates() -> tuple[str | None, ...]:
-    """Paths to try as ``DRJIT_LIBLLVM_PATH``, best first; None: whatever the system finds.
+    """Return paths to try as ``DRJIT_LIBLLVM_PATH``, best first; None: the library that the system
+    finds.
 
-    A path that the user set is the only candidate; otherwise the wheel `karellen-llvm-core`'s
-    library comes before the system's.
+    If the user set a path, it is the only candidate. Otherwise the library of the wheel
+    `karellen-llvm-core` comes first, then the system's.
     """
     if chosen := os.environ.get("DRJIT_LIBLLVM_PATH"):
         return (chosen,)
@@ -55,7 +56,7 @@ def llvm_candidates() -> tuple[str | None, ...]:
 
 
 def probe_llvm(library: str | None) -> bool:
-    """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the
+    """Return whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the
     system's)."""
     environment = {
         **os.environ,
@@ -77,8 +78,8 @@ def probe_llvm(library: str | None) -> bool:
 
 
 def _kernel_cache() -> dict[str, str]:
-    """Where Dr.Jit keeps machine code: with the user's own files, never in a store that others
-    share."""
+    """Return the environment that keeps Dr.Jit's machine code with the user's own files, never in a
+    shared store."""
     folder = user_cache_folder()
     return (
         {}
@@ -89,7 +90,7 @@ def _kernel_cache() -> dict[str, str]:
 
 @functools.cache
 def _working_llvm() -> tuple[bool, str | None]:
-    """Whether LLVM works, and through which library; asked once a process."""
+    """Return whether LLVM works, and with which library; tried once per process."""
     for library in llvm_candidates():
         if probe_llvm(library):
             return True, library
@@ -97,10 +98,10 @@ def _working_llvm() -> tuple[bool, str | None]:
 
 
 def choose_variant() -> tuple[str, str | None]:
-    """The fastest Mitsuba variant that works here, and what to tell the user (None: nothing).
+    """Return the fastest Mitsuba variant that works here, and a note for the user (None: no note).
 
-    The first call of a process takes one to a few seconds (a child process renders a 4 x 4
-    picture); later calls are free. When LLVM works, ``DRJIT_LIBLLVM_PATH`` is set for this process
+    The first call in a process takes one to a few seconds (a child process renders a 4 x 4
+    picture); later calls are free. If LLVM works, ``DRJIT_LIBLLVM_PATH`` is set for this process
     and its children.
     """
     works, library = _working_llvm()

@@ -1,4 +1,4 @@
-"""Moving pictures: MP4 that browsers play, GIF and WebP for READMEs."""
+"""Video files: MP4 for browsers, GIF and WebP for READMEs."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from a2v.types import ByteArray
 
 @dataclass(frozen=True, kw_only=True)
 class VideoInfo:
-    """What `probe_video` reads: sizes in pixels, frames a second, the codec's and the pixel
-    format's names."""
+    """Result of `probe_video`: size in pixels, frames per second, names of the codec and the pixel
+    format."""
 
     width: int
     height: int
@@ -32,13 +32,14 @@ class VideoInfo:
 
 
 _SAME_BITS = {"threads": "1", "x264-params": "asm=SSE2"}
-"""With AVX-512, x264's macroblock tree reads memory that nobody wrote where the width is no
-multiple of 128: the same frames give other bytes from run to run. SSE2 is what every x86-64 has; it
-takes the same time here, and gives the same bytes on all of them."""
+"""Settings for reproducible bytes. With AVX-512, x264's macroblock tree reads uninitialized memory
+if the width is not a multiple of 128, so the same frames give different bytes from run to run.
+SSE2 is on every x86-64, takes the same time here, and gives the same bytes on all machines."""
 
 
 def _checked(frames: Iterable[ByteArray]) -> Iterator[ByteArray]:
-    """The frames, each checked to be (H, W, 3) uint8 of one size; at least one."""
+    """Yield the frames, each checked to be (H, W, 3) uint8 of one size; there must be at least
+    one."""
     shape: tuple[int, ...] | None = None
     for index, frame in enumerate(frames):
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
@@ -65,8 +66,9 @@ def write_video(
     crf: int = 17,
     preset: str = "veryfast",
 ) -> None:
-    """Write H.264 (yuv420p, BT.709, index in front: plays while it loads) atomically; the same
-    frames give the same bytes.
+    """Write H.264 (yuv420p, BT.709) atomically; the same frames give the same bytes.
+
+    The index is at the start of the file, so that it plays while it loads.
 
     Parameters
     ----------
@@ -110,7 +112,8 @@ def write_video(
             )
             if not started:
                 stream.height, stream.width = even.shape[:2]
-                # without these tags players guess the matrix by picture size, and colors shift
+                # without these tags players guess the matrix from the picture size, and colors
+                # shift
                 (
                     context.color_primaries,
                     context.color_trc,
@@ -132,12 +135,12 @@ def write_video(
 
 
 def read_video(path: str | os.PathLike[str]) -> Iterator[ByteArray]:
-    """Frames (H, W, 3) uint8 sRGB of a video.
+    """Yield the frames (H, W, 3) uint8 sRGB of a video.
 
     Raises
     ------
     InputError
-        The file is missing or is no video.
+        The file is missing or not a video.
     """
     with _opened(path) as container:
         for frame in container.decode(video=0):
@@ -145,8 +148,8 @@ def read_video(path: str | os.PathLike[str]) -> Iterator[ByteArray]:
 
 
 def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
-    """Size, number of frames (counted by decoding), speed and codec of a video; raises as
-    `read_video`."""
+    """Return size, number of frames (counted by decoding), frame rate and codec of a video; raises
+    as `read_video`."""
     with _opened(path) as container:
         stream = container.streams.video[0]
         frames = sum(1 for _ in container.decode(stream))
@@ -163,7 +166,7 @@ def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
 
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """A container to decode; what goes wrong there is the file's fault."""
+    """Open a container for decoding; errors inside become an `InputError` about the file."""
     import av
 
     try:
@@ -176,10 +179,10 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 def write_gif(
     path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, colors: int = 128
 ) -> None:
-    """Write a looping GIF with one palette of `colors` for all frames (no flicker of dithered
-    flats), atomically.
+    """Write a looping GIF with one palette of `colors` for all frames, atomically.
 
-    `path`, `frames` and `fps` and what is raised: as for `write_video`.
+    One palette avoids flicker of dithered areas. For `path`, `frames`, `fps` and errors see
+    `write_video`.
     """
     from PIL import Image
 
@@ -197,7 +200,7 @@ def write_webp(
     """Write a looping animated WebP of a `quality` from 0 to 100, atomically; several times smaller
     than a GIF.
 
-    `path`, `frames` and `fps` and what is raised: as for `write_video`.
+    For `path`, `frames`, `fps` and errors see `write_video`.
     """
     _save_animation(path, _pictures(frames), fps, ".webp", {"quality": quality, "method": 4})
 
@@ -214,26 +217,26 @@ _RUNGS = (
     (0.18, 4),
     (0.12, 6),
 )
-"""Size and every how-manieth frame that `write_within` tries, each smaller than the one before."""
+"""Scale and frame step of each attempt of `write_within`, in order of decreasing size."""
 
 
 def write_within(
     path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, megabytes: float
 ) -> None:
-    """Write a ``.gif`` or ``.webp`` of at most `megabytes` (of 10^6 bytes): smaller and with fewer
-    frames a second as far as it must.
+    """Write a ``.gif`` or ``.webp`` of at most `megabytes` (10^6 bytes).
 
-    `path`, `frames` and `fps`: as for `write_video`; the clip keeps its length.
+    Size and frame rate are reduced as far as needed. For `path`, `frames` and `fps` see
+    `write_video`; the clip keeps its duration.
 
     Raises
     ------
     InputError
-        As for `write_video`; or the smallest that it tries is larger.
+        As for `write_video`, or the smallest attempt is still too large.
     """
     import cv2
 
     if not (np.isfinite(megabytes) and megabytes > 0):
-        raise InputError(f"the file may have {megabytes} MB; expected a positive number")
+        raise InputError(f"megabytes is {megabytes}; expected a positive number")
     suffix = Path(path).suffix.lower()
     if suffix not in (".gif", ".webp"):
         raise InputError(f"{path} ends in neither .gif nor .webp")
@@ -261,7 +264,7 @@ def write_within(
                 return
         allowed = (
             1.3 * scale**2 / step * limit / needed
-        )  # no need to try what is sure to be too large
+        )  # skip attempts that are certainly too large
     raise InputError(
         f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or "
         "smaller video"
@@ -285,8 +288,8 @@ def _save_animation(
         raise InputError(f"fps is {fps}; expected a positive number")
     if Path(path).suffix.lower() != suffix:
         raise InputError(f"{path} does not end in {suffix}")
-    # both formats count whole milliseconds (GIF: centiseconds); rounding the times of the frames'
-    # ends keeps the clip's length
+    # Both formats store whole milliseconds (GIF: centiseconds). Rounding the end times of the
+    # frames keeps the clip's duration.
     unit = 10 if suffix == ".gif" else 1
     ends = np.rint(np.arange(1, len(pictures) + 1) * 1000 / fps / unit).astype(int) * unit
     durations = [int(value) for value in np.diff(ends, prepend=0)]

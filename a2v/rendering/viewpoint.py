@@ -1,11 +1,10 @@
-"""Where the photo's camera stood: how steeply it saw the ground, how far away and how high it was,
-and what it makes of the person.
+"""Position of the photo's camera: pitch, distance and height, and its perspective of the person.
 
-The person was reconstructed as an orthographic camera sees, upright, depth measured over the floor
-(`a2v.lab.studio.solid.PhotoFrame`). In that frame flat ground falls towards the camera by the
-tangent of the angle at which the camera sees it, and soles lie on the ground: the slope of the
-soles tells height over distance. How far away the camera was only the focal length in the file can
-tell, else what is usual.
+The person was reconstructed for an upright orthographic camera, with depth measured over the floor
+(`a2v.lab.studio.solid.PhotoFrame`). In that frame flat ground falls toward the camera by the
+tangent of the angle at which the camera sees it, and soles lie on the ground. So the slope of the
+soles gives height over distance. The distance itself follows only from a focal length in the file;
+without one the usual distance is taken.
 """
 
 from __future__ import annotations
@@ -21,25 +20,26 @@ from a2v.rendering.camera import ViewCamera
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 HEIGHT = (1.4, 0.25)
-"""Usual height of a camera that sees a whole person, meters, and the spread of its logarithm."""
+"""Usual height of a camera that sees a whole person, meters, and the standard deviation of its
+logarithm."""
 DISTANCE = (3.8, 0.45)
-"""Usual distance of such a camera, meters, and the spread of its logarithm."""
+"""Usual distance of such a camera, meters, and the standard deviation of its logarithm."""
 
 TOLD = 0.15
-"""Spread of the logarithm of a distance that follows from the focal length in the file: photos are
-cropped."""
+"""Standard deviation of the logarithm of a distance from the file's focal length (photos are
+cropped)."""
 
 SLOPE = 0.13
-"""Standard deviation of the slope of reconstructed soles about the ground's
+"""Standard deviation of the slope of reconstructed soles around the ground's slope
 (docs/research/rendering.md)."""
 
 _DOWN = -0.6
-"""Largest y of a sole's normals."""
+"""Largest y of the normals of a sole."""
 _RAISED = 0.12
-"""A foot that is so much higher than the lowest stands on nothing, meters."""
+"""A foot higher than the lowest foot by this is in the air, meters."""
 
 _CLOSE = 0.7
-"""The camera is at least so far before what of the person is next to it, meters."""
+"""Smallest distance between the camera and the nearest part of the person, meters."""
 
 _FILM = 43.27
 """Diagonal of 35 mm film, millimeters."""
@@ -47,27 +47,29 @@ _FILM = 43.27
 
 @dataclass(frozen=True, kw_only=True)
 class Viewpoint:
-    """Of a camera before the person: height over distance, and distance over the floor, meters."""
+    """Viewpoint of a camera in front of the person: height over distance, and distance over the
+    floor, meters."""
 
     slope: float
     distance: float
 
     @property
     def height(self) -> float:
-        """Over the ground, meters."""
+        """Height over the ground, meters."""
         return self.slope * self.distance
 
 
 def soles_slope(surface: Surface, feet: Sequence[BoolArray]) -> float | None:
-    """How far soles fall towards the camera, meters a meter; None where none is flat or they are
-    too short to tell.
+    """Measure how far soles fall toward the camera, meters per meter.
+
+    None if no sole is flat or the soles are too short to measure.
 
     Parameters
     ----------
     surface : Surface
         In the frame of the photo's camera.
     feet : sequence of (V,) bool
-        Which vertices each foot has.
+        The vertices of each foot.
     """
     vertices = surface.vertices.astype(np.float64)
     down = vertex_normals(vertices, surface.faces)[:, 1] < _DOWN
@@ -83,15 +85,17 @@ def soles_slope(surface: Surface, feet: Sequence[BoolArray]) -> float | None:
 
 
 def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoint:
-    """The likeliest viewpoint, where height and distance are as usual, soles lie on the ground and
-    the file may tell the focal length.
+    """Find the likeliest viewpoint.
+
+    Height and distance are likely near the usual ones, soles lie on the ground, and the file may
+    give the focal length.
 
     Parameters
     ----------
     slope : float or None
         `soles_slope`.
     told : float or None
-        Distance by the file's focal length, meters (`told_distance`).
+        Distance from the file's focal length, meters (`told_distance`).
     """
     tangent, far = np.meshgrid(
         np.linspace(0.02, 0.9, 177), np.geomspace(1.5, 20, 131), indexing="ij"
@@ -108,8 +112,8 @@ def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoi
 
 
 def told_distance(focal: float, subject: Subject, camera: OrthographicCamera) -> float:
-    """How far away, meters, a camera of `focal` (mm, as for 35 mm film) was, by how large the
-    person is in the photo."""
+    """Return the distance of a camera of `focal` (mm, 35 mm equivalent), meters, from the person's
+    size in the photo."""
     return focal / _FILM * math.hypot(*subject.photo_size) / _scale(subject, camera)
 
 
@@ -120,8 +124,8 @@ def perspective_camera(
     offset: FloatArray,
     viewpoint: Viewpoint,
 ) -> tuple[ViewCamera, FloatArray]:
-    """The photo's camera in the world, and what moves the person's vertices to where it sees them
-    as the photo does.
+    """Return the photo's camera in the world, and offsets with which it shows the person's vertices
+    as in the photo.
 
     Parameters
     ----------
@@ -131,23 +135,24 @@ def perspective_camera(
     vertices : (V, 3)
         The person in the frame of `camera`.
     offset : (3,)
-        From that frame to the world, where the root is over the origin
+        From that frame to the world, in which the root is above the origin
         (`a2v.animation.photo_to_world`).
     viewpoint : Viewpoint
 
     Returns
     -------
     camera : ViewCamera
-        Sees the square around the photo; pitched, never rolled.
+        It covers the square around the photo, and is pitched but never rolled.
     moved : (V, 3) float32
-        To be added to the vertices in the world: none along z, and the lowest comes to the ground.
+        To be added to the vertices in the world. Its z is 0, and the lowest vertex comes to the
+        ground.
     """
     pixels = _in_square(subject, camera, vertices)
     side = max(subject.photo_size)
     world = vertices + offset
     over = (
         world[:, 1] + viewpoint.slope * world[:, 2]
-    )  # in this frame the ground falls towards the camera
+    )  # in this frame the ground falls toward the camera
     low = over < over.min() + 0.02
     toward = world[:, 2] - float(world[low, 2].mean())
     distance = max(viewpoint.distance, float(toward.max()) + _CLOSE)
@@ -156,13 +161,13 @@ def perspective_camera(
     focal = _scale(subject, camera) * distance
     for _ in range(
         4
-    ):  # pitch by the feet's place in the photo, focal length by the person's size there
+    ):  # pitch from the feet's position in the photo, focal length from the person's size there
         pitch = float(np.arctan(viewpoint.slope) - np.arctan((feet - side / 2) / focal))
         ray = np.arctan((middle - side / 2) / focal)
         focal = _scale(subject, camera) * distance * float(np.cos(ray) / np.cos(pitch + ray))
     down = np.tan(
         pitch + np.arctan((pixels[:, 1] - side / 2) / focal)
-    )  # of the rays, a meter over the floor
+    )  # slope of the rays, per meter over the floor
     depth = away * (np.cos(pitch) + np.sin(pitch) * down)
     aside = (pixels[:, 0] - side / 2) / focal * depth
     height = float((away * down).max())
@@ -175,13 +180,13 @@ def perspective_camera(
 
 
 def _scale(subject: Subject, camera: OrthographicCamera) -> float:
-    """Pixels of the photo a meter."""
+    """Pixels of the photo per meter."""
     left, _, right, _ = subject.crop
     return camera.scale * (right - left) / subject.image.shape[1]
 
 
 def _in_square(subject: Subject, camera: OrthographicCamera, points: FloatArray) -> FloatArray:
-    """Pixels (N, 2) of points (N, 3) in the square with the photo in its middle."""
+    """Return pixels (N, 2) of points (N, 3) in the square with the photo in its middle."""
     left, top, right, _ = subject.crop
     width, height = subject.photo_size
     side = max(width, height)
@@ -191,16 +196,17 @@ def _in_square(subject: Subject, camera: OrthographicCamera, points: FloatArray)
 
 
 NEAR = 0.3
-"""So far from the photo's pose and place, meters (root mean square over the vertices), what
-`perspective_camera` moves has faded to a third."""
+"""Distance from the photo's pose and place at which the offsets of `perspective_camera` have faded
+to a third, meters (root mean square over the vertices)."""
 
 
 def as_seen(vertices: FloatArray, start: FloatArray, moved: FloatArray) -> FloatArray:
-    """Vertices (V, 3) of a frame, moved as `perspective_camera` says as far as they are those of
-    the photo's pose and place, `start` (V, 3).
+    """Add the offsets of `perspective_camera` to vertices (V, 3), faded with the distance from the
+    photo's pose.
 
-    Then the first frame of a clip out of the photo is the photo's, and what goes on from there
-    stands on flat ground.
+    `start` (V, 3) are the vertices in the photo's pose and place, where the whole offset applies.
+    So the first frame of a clip that starts in the photo equals the photo, and later frames stand
+    on flat ground.
     """
     away = float(np.sqrt(((vertices - start) ** 2).sum(axis=1).mean()))
     return np.asarray(vertices + np.exp(-((away / NEAR) ** 2)) * moved, np.float32)

@@ -40,8 +40,10 @@ def bone_shape() -> Any:
 
 
 def import_character(context: Any, path: str) -> Any:
-    """Import a GLB of a2v: bones drawn as rings, each clip an action that is kept, the first one
-    playing; gives the armature."""
+    """Import a GLB of a2v with bones drawn as rings and each clip as a kept action.
+
+    The first clip plays. Returns the armature.
+    """
     before = set(bpy.data.objects)
     actions = set(bpy.data.actions)
     bpy.ops.import_scene.gltf(filepath=path, disable_bone_shape=True)
@@ -98,11 +100,11 @@ class Making:
         self._program = subprocess.Popen(words, stdout=self._said, stderr=subprocess.DEVNULL)
 
     def running(self) -> bool:
-        """Whether it is not over yet."""
+        """Whether it is still running."""
         return self._program.poll() is None
 
     def result(self, context: Any) -> tuple[Any, str]:
-        """The armature, or None and what went wrong; waits for the end."""
+        """Return the armature, or None and the error, after waiting for the end."""
         self._program.wait()
         self._said.seek(0)
         said = self._said.read()
@@ -185,7 +187,7 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
 
 
 def _look_after(making: Making) -> float | None:
-    """Called by Blender's timer: seconds until the next call, None when it is over."""
+    """Return the seconds until Blender's timer calls this again, or None at the end."""
     if making.running():
         return 1.0
     context = bpy.context

@@ -1,2 +1,1 @@
-"""Many videos at once: reading the jobs, doing them on workers that may die, and the tables of what
-came out."""
+"""Make many videos: read jobs, run them on workers that may die, and write tables of results."""

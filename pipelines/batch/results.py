@@ -1,8 +1,7 @@
-"""What a batch leaves in its folder: a folder a job with the record of it, one CSV and one page of
-all.
+"""The folder of a batch: one folder with a record per job, one CSV file and one overview page.
 
-A job's folder and record are named by what was asked for, and the tables are made of the records
-that are there. So two batches may use one folder at once.
+The folder and the record of a job are named by the job's options, and the tables are made from the
+records in the folder. So two batches may write to one folder at the same time.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _COLUMNS = (
 
 
 def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, Any]:
-    """Write a job's files, its thumbnail and, last, its record; returns the record."""
+    """Write the files of a job, its thumbnail and then its record, and return the record."""
     folder = out / job.name
     written: list[Path] = []
     if not result.problem:
@@ -80,7 +79,7 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record of a job's folder; None where there is none that can be read."""
+    """Return the record of a job's folder, or None if it has none that can be read."""
     try:
         record = json.loads(read_bytes(folder / RECORD, limit=_MAX_RECORD_BYTES))
     except (A2VError, ValueError, RecursionError):
@@ -94,8 +93,10 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 
 
 def is_over(out: Path, job: Job, *, retry_failed: bool) -> bool:
-    """Whether nothing is left to do: its files are there as they were written by today's code, or
-    it has failed before."""
+    """Return whether a job needs no work.
+
+    Either its files are there as today's code wrote them, or it has failed already.
+    """
     record = read_record(out / job.name)
     if record is None or record.get("key") != (job.tasks[-1].key if job.tasks else ""):
         return False
@@ -111,8 +112,10 @@ def is_over(out: Path, job: Job, *, retry_failed: bool) -> bool:
 
 
 def write_tables(out: Path) -> dict[str, int]:
-    """Write ``results.csv`` and ``index.html`` of all records in the folder; returns how many have
-    which status."""
+    """Write ``results.csv`` and ``index.html`` of all records.
+
+    Return the number of jobs per status.
+    """
     rows = sorted(_records(out), key=lambda record: (record["status"] == "done", record["folder"]))
     plain_rows = [{name: _cell(record.get(name, "")) for name in _COLUMNS} for record in rows]
     if rows:
@@ -130,7 +133,7 @@ def _records(out: Path) -> Iterator[dict[str, Any]]:
 
 
 def _cell(value: object) -> object:
-    """A value that spreadsheets do not take for a formula."""
+    """Return a value that spreadsheets do not read as a formula."""
     return (
         f"'{value}"
         if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r")

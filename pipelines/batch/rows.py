@@ -1,7 +1,7 @@
-"""A file of jobs, CSV or YAML, as rows of checked options.
+"""Read a CSV or YAML file of jobs as rows of checked options.
 
-A row names a photo and what to do; every column is an option of ``a2v video`` by the same name, and
-an empty cell leaves it as the command line has it. Relative paths are relative to the jobs file.
+A row names a photo and an action. Every column is an option of ``a2v video`` with the same name. An
+empty cell keeps the option of the command line. Relative paths are relative to the jobs file.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from pipelines.requests.video import FILES, MAYBE_FILES, VideoRequest, names
 MAX_FILE_BYTES = 64 << 20
 MAX_ROWS = 100_000
 MAX_CELL = 4096
-"""Characters of a cell."""
+"""Maximum number of characters of a cell."""
 _POSES = ("start_pose", "end_pose")
-"""Cells that name a file and its frames, as ``FILE#12``."""
+"""Columns whose cells name a file and frames, as ``FILE#12``."""
 _CHECKPOINTS = (
     "pifuhd",
     "pifu_geometry",
@@ -38,22 +38,22 @@ _CHECKPOINTS = (
     "implicit.weights",
 )
 _MAYBE_FILES = (*MAYBE_FILES, *_POSES, *_CHECKPOINTS)
-"""Cells that may name a file or a folder."""
+"""Columns whose cells may name a file or a folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One job as it was asked for.
+    """One requested job.
 
     Attributes
     ----------
     number : int
         Its place in the file, from 1.
     name : str
-        What the user calls it.
+        The user's name for it.
     request : VideoRequest
     problem : str
-        Why it cannot be done; empty where it may be.
+        Why the job cannot run; empty if it can.
     """
 
     number: int
@@ -63,12 +63,12 @@ class Row:
 
 
 def defaults(stages: PersonStages, motion: MotionRequest, film: FilmRequest) -> VideoRequest:
-    """What rows leave open; a photo every row has to name."""
+    """Return the options for what rows do not set. Every row must name a photo."""
     return VideoRequest(person=stages.with_photo(""), motion=motion, film=film)
 
 
 def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
-    """The rows of a jobs file; `given` holds what a row leaves open (see `defaults`).
+    """Read the rows of a jobs file; `given` holds the options that a row does not set.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{source} is no UTF-8 text ({error.reason}); save it as UTF-8") from None
+        raise InputError(f"{source} is not UTF-8 text ({error.reason}); save it as UTF-8") from None
     if source.suffix.lower() not in (".csv", ".yaml", ".yml"):
         raise InputError(f"cannot read jobs from {source}; expected a .csv or .yaml file")
     rows = list(
@@ -89,7 +89,7 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     )
     if not rows:
         raise InputError(
-            f"{source} names no jobs; expected a row for every video, with at least the columns "
+            f"{source} lists no jobs; expected one row per video, with at least the columns "
             "photo and action"
         )
     known = {"name", *names()}
@@ -108,7 +108,7 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         names = [_plain(name) for name in reader.fieldnames or ()]
         if len(set(names)) < len(names):
             raise InputError(
-                f"{source} names a column twice; expected every name once in its first line"
+                f"{source} names a column twice; expected each column name once in the first line"
             )
         reader.fieldnames = names
         for number, row in enumerate(reader, 1):
@@ -158,8 +158,10 @@ def _plain(name: object) -> str:
 
 
 def _flat(given: Mapping[object, object]) -> Iterator[tuple[str, object]]:
-    """Names and values; those of a stage's settings, which YAML may have as a mapping, as
-    ``fit.height``."""
+    """Return names and values.
+
+    Settings of a stage, which may be a mapping in YAML, become names such as ``fit.height``.
+    """
     for name, value in given.items():
         if isinstance(value, dict):
             yield from (
@@ -200,7 +202,7 @@ def _row(number: int, cells: Mapping[str, object], base: Path, given: VideoReque
 
 
 def _text(name: str, value: object) -> str:
-    """A cell of CSV or YAML as text; a YAML list is text with commas."""
+    """Return a cell of CSV or YAML as text; a YAML list becomes text separated by commas."""
     if (
         isinstance(value, list)
         and len(value) <= 100

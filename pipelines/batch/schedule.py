@@ -1,9 +1,9 @@
-"""Tasks on workers that may die: what is ready goes out, what was lost goes out again, and nothing
-is done twice.
+"""Schedule tasks on workers that may die.
 
-People come before motions, motions before videos; a task waits for those that make what it shares
-with others. A local worker that dies takes its own task with it and nothing else; a cluster that is
-lost is joined again.
+Ready tasks are sent out, lost tasks are sent again, and no task is done twice. People come before
+motions, and motions before videos. A task waits for the tasks whose results it shares with others.
+A local worker that dies loses only its own task. After the loss of a cluster the scheduler connects
+again.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions
 
 LOSSES = 6
-"""A task whose worker died this often has failed, unless workers die as readily of whatever they
-do."""
+"""A task fails after its worker has died this often, unless workers die as often at other tasks."""
 _CHANCE = 3.0
-"""Times as often as others in the same time in flight that a task may lose its worker beyond
-`LOSSES`; not oftener than all others together."""
+"""Factor on the loss rate of the other tasks up to which a task is sent again beyond `LOSSES`.
+
+A rate is losses per time in flight. Above this factor the task fails.
+"""
 WAIT_FOR_CLUSTER = 180.0
-"""Seconds within which a lost scheduler has to be there again."""
+"""Seconds within which a lost scheduler must be reachable again."""
 _PRIOR: Mapping[Kind, float] = {"person": 25.0, "motion": 1.0, "video": 120.0}
-"""Seconds of a task, as long as none of its kind was measured."""
+"""Assumed seconds of a task before any of its kind has been measured."""
 
 Done = Callable[[Task, Result], None]
 
 
 @dataclass
 class Watch:
-    """How far a batch is; made anew by the clock of what was done."""
+    """Progress of a batch. The remaining time follows from the time of the finished tasks."""
 
     left: Counter[Kind] = field(default_factory=Counter)
     done: Counter[Kind] = field(default_factory=Counter)
@@ -49,15 +50,14 @@ class Watch:
     workers: int = 1
 
     def take(self, kind: Kind, seconds: float) -> None:
-        """Count a task that is over; one that was recalled took no time and says nothing of the
-        others."""
+        """Count a finished task. A recalled one took no time and is not used for the estimate."""
         self.left[kind] -= 1
         if seconds:
             self.done[kind] += 1
             self.seconds[kind] = self.seconds.get(kind, 0.0) + seconds
 
     def remaining(self) -> float:
-        """Seconds to the end, from the mean time of what was computed so far."""
+        """Return the remaining seconds, from the mean time of the computed tasks."""
         each = {
             kind: self.seconds[kind] / self.done[kind] if self.done[kind] else _PRIOR[kind]
             for kind in self.left
@@ -67,20 +67,21 @@ class Watch:
 
 @dataclass
 class Losses:
-    """Which tasks lost their workers, and whether that is theirs or the machines' fault: by losses
-    in the time that tasks were out."""
+    """Which tasks lost their workers, and whether the task or the machine is the cause.
+
+    Losses are compared per time in flight.
+    """
 
     lost: Counter[str] = field(default_factory=Counter)
     seconds: dict[str, float] = field(default_factory=lambda: defaultdict(float))
 
     def flew(self, key: str, seconds: float, *, lost: bool) -> None:
-        """Count a flight of a task."""
+        """Count one flight of a task."""
         self.lost[key] += lost
         self.seconds[key] += seconds
 
     def hopeless(self, key: str) -> bool:
-        """Whether a task has died too often, and much more often than others did in as long a
-        time."""
+        """Return whether a task has lost its worker too often, and much more often than others."""
         lost, seconds = self.lost[key], self.seconds[key]
         others = self.lost.total() - lost
         expected = others / max(sum(self.seconds.values()) - seconds, 1.0) * seconds
@@ -88,8 +89,10 @@ class Losses:
 
 
 class SeparateWorkers(Executor):
-    """Local processes each in a pool of its own, so that one that dies breaks one call only;
-    started when they are needed."""
+    """Local workers, each in its own process pool, started when they are needed.
+
+    A worker that dies breaks only one call.
+    """
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
@@ -97,7 +100,7 @@ class SeparateWorkers(Executor):
         self._busy: set[LocalExecutor] = set()
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand the call to a worker of its own."""
+        """Give the call to a worker of its own."""
         pool = self._idle.pop() if self._idle else LocalExecutor(1)
         self._busy.add(pool)
         future = pool.submit(function, *args, **kwargs)
@@ -110,18 +113,18 @@ class SeparateWorkers(Executor):
             self._idle.append(pool)
 
     def rest(self) -> None:
-        """End the workers that do nothing, for their memory."""
+        """End the idle workers to free their memory."""
         while self._idle:
             self._idle.pop().shutdown()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End all workers; with `cancel_futures` in the middle of what they do."""
+        """End all workers; with `cancel_futures` also those that are busy."""
         for pool in [*self._idle, *self._busy]:
             pool.shutdown(wait=wait, cancel_futures=cancel_futures)
 
 
 class Schedule:
-    """Does tasks.
+    """Runs tasks on workers.
 
     Parameters
     ----------
@@ -155,7 +158,7 @@ class Schedule:
         self.watch = Watch()
 
     def run(self, tasks: Iterable[Task]) -> None:
-        """Do `tasks`, one a key; those that others come `after` first in their order.
+        """Run `tasks`, one per key, after the tasks that their `after` names.
 
         Raises
         ------
@@ -207,7 +210,7 @@ class Schedule:
         finally:
             self._ready.extendleft(
                 reversed(flying.values())
-            )  # lost with the cluster, or interrupted
+            )  # Lost with the cluster, or interrupted.
 
     def _land(self, future: Future[Any], flying: dict[Future[Any], Task]) -> None:
         task = flying[future]
@@ -219,8 +222,8 @@ class Schedule:
                 "WorkerCrashedError",
             ):
                 raise _ClusterLostError(
-                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command "
-                    "when it is there"
+                    f"the connection to the cluster was lost ({type(error).__name__}: {error}); "
+                    "repeat the command when the cluster is reachable"
                 ) from error
             del flying[future]
             self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=True)
@@ -229,7 +232,8 @@ class Schedule:
                 return
             often = self._losses.lost[task.key]
             result = Result(
-                problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers"  # noqa: E501
+                problem=f"the worker was killed {often} times, most likely because it ran out of "
+                "memory; use fewer --workers"
             )
         else:
             del flying[future]
@@ -244,7 +248,7 @@ class Schedule:
         self.watch.take(task.kind, result.seconds)
         self._done(task, result)
         for other in self._waiting.pop(task.key, []):
-            if other.key not in self._missing:  # it has failed already
+            if other.key not in self._missing:  # It has failed already.
                 continue
             if result.problem and task.kind != "video":
                 del self._missing[other.key]
@@ -256,7 +260,10 @@ class Schedule:
                 self._ready.append(other)
 
     def _fits(self, pool: Executor, flying: Mapping[Future[Any], Task]) -> bool:
-        """Whether another task may begin within the limit of memory; one at least always runs."""
+        """Return whether another task may start within the memory limit.
+
+        At least one always runs.
+        """
         if self._limit is None or not flying:
             return True
         if memory_of_family() + self._largest <= self._limit and self._largest:
@@ -267,16 +274,16 @@ class Schedule:
 
 
 class _ClusterLostError(A2VError):
-    """All that was out is lost; what was finished is remembered."""
+    """Signals that all running tasks are lost. Finished results are kept."""
 
 
 class _StrangeWorkerError(A2VError):
-    """A worker would give other results."""
+    """Signals that a worker would compute other results."""
 
 
 @contextlib.contextmanager
 def _open(running: RunOptions) -> Iterator[tuple[Executor, int]]:
-    """Workers, and how many tasks to give them at once."""
+    """Return the workers and the number of tasks to give them at once."""
     if running.executor == "local":
         workers = running.workers or cpu_count()
         pool = SeparateWorkers(workers)
@@ -294,7 +301,10 @@ def _open(running: RunOptions) -> Iterator[tuple[Executor, int]]:
 
 
 def _size(executor: Executor, running: RunOptions) -> int:
-    """Tasks that are out at once: one more than a cluster's threads, so that none waits for us."""
+    """Return the number of tasks to send out at once: one more than the cluster has threads.
+
+    So no thread waits for this process.
+    """
     if running.executor == "serial":
         return 1
     client = getattr(executor, "_client", None)

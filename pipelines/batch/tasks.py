@@ -1,6 +1,6 @@
-"""Jobs as tasks for workers: people and motions, which several jobs share, and videos.
+"""Turn jobs into tasks for workers: people and motions, which several jobs may share, and videos.
 
-A task is a part of the graph for one process. What it gave is remembered as a whole, so that a
+A task is a part of the graph that runs in one process. Its result is stored as a whole, so a
 finished video is recalled by one record and not by those of its frames.
 """
 
@@ -34,9 +34,9 @@ TARGETS: Mapping[Kind, tuple[str, ...]] = {
     "motion": ("motion",),
     "video": ("video", "clip", "glb", "bvh", "motion"),
 }
-"""What each kind of task takes from the graph."""
+"""Inputs that each kind of task takes from the graph."""
 GIVEN: Mapping[Kind, tuple[str, ...]] = {**TARGETS, "video": (*TARGETS["video"], "thumbnail")}
-"""What each kind of task gives."""
+"""Results of each kind of task."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class Task:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What became of a task: values, or why there are none.
+    """The result of a task: values, or the problem.
 
     Attributes
     ----------
-    values : dict of refs, empty where it failed
+    values : dict of refs; empty if the task failed
     problem : str
         One sentence.
     trace : str
@@ -81,7 +81,7 @@ class Result:
     strange : bool
         The worker runs other code, weights or packages; the task did not begin.
     seconds : float
-        Spent on it; 0 where it was recalled.
+        Time spent on it; 0 if it was recalled.
     peak_memory : int
         Bytes.
     notes : tuple of str
@@ -98,18 +98,18 @@ class Result:
 
 @dataclass(frozen=True)
 class Job:
-    """A row with the tasks that it consists of.
+    """A row with its tasks.
 
     Attributes
     ----------
     row : Row
     name : str
-        Its folder: words of the row and digits of all that was asked for, never more than a plain
-        name.
+        Name of its folder: words of the row, and digits of all its options. It is a plain name
+        without separators.
     tasks : tuple of Task
-        Person, motion, video; empty where the row has a problem.
+        Person, motion, video; empty if the row has a problem.
     notes : tuple of str
-        What the words of its action were taken for.
+        Interpretation of the words of its action.
     """
 
     row: Row
@@ -119,7 +119,7 @@ class Job:
 
 
 class Planner:
-    """Makes jobs of rows; what rows share is read and checked once."""
+    """Makes jobs from rows. What rows share is read and checked once."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -131,7 +131,7 @@ class Planner:
         self._first_of: dict[tuple[str, str], str] = {}
 
     def job(self, row: Row) -> Job:
-        """The job of a row; its problem, if it has one, takes the place of tasks."""
+        """Return the job of a row; a row with a problem has no tasks."""
         if row.problem:
             return Job(row, folder_name(row, None), ())
         try:
@@ -148,7 +148,7 @@ class Planner:
         )
         first = self._first_of.setdefault(
             (person.key, motion.key), video.key
-        )  # its poses and cameras serve the others
+        )  # The poses and cameras of the first view serve the others.
         after = (person.key, motion.key, *([first] if first != video.key else []))
         return Job(
             row,
@@ -161,8 +161,10 @@ class Planner:
         return person.resolve(self._store)
 
     def _moving(self, motion: MotionRequest) -> ResolvedMotion:
-        """A motion's parameters; the model is opened and the action looked up once for all
-        seeds."""
+        """Return the parameters of a motion.
+
+        The model is opened and the action looked up once for all seeds.
+        """
         known = self._motion(dataclasses.replace(motion, seed=0))
         if "seed" not in known.parameters:
             return known
@@ -172,7 +174,7 @@ class Planner:
         return film.resolve(self._store)
 
     def _digest(self, value: Any) -> _Digest:
-        """Rows share most of their parameters, which are digested once."""
+        """Return the part of a parameter. It is hashed once, since rows share most parameters."""
         known = self._digests.get(id(value))
         if known is None:
             known = self._digests[id(value)] = _Digest.of(value)
@@ -206,7 +208,7 @@ class Planner:
 
 @functools.cache
 def steps_of(kind: Kind, recorded: bool, several: bool = False) -> Graph:
-    """The steps of a kind of task."""
+    """Return the steps of a kind of task."""
     return needed_for(video_graph(recorded=recorded, several=several), TARGETS[kind])
 
 
@@ -222,7 +224,7 @@ def _inputs(kind: Kind, recorded: bool, several: bool) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Digest:
-    """A parameter's part of keys and names.
+    """The part of a parameter in keys and names.
 
     Attributes
     ----------
@@ -244,13 +246,13 @@ class _Digest:
 def make_key(
     kind: Kind, parameters: Mapping[str, _Digest], recorded: bool, several: bool = False
 ) -> str:
-    """What names a task's result: its nodes' code and its parameters."""
+    """Return the key of a task's result, from the code of its nodes and its parameters."""
     named = sorted((name, digest.hash) for name, digest in parameters.items())
     return digest_of(repr([kind, _codes(kind, recorded, several), named]).encode())
 
 
 def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
-    """A plain name for a job's folder: words for people, and digits that only equal jobs share."""
+    """Return a plain folder name for a job: words, and digits that only equal jobs share."""
     asked = row.request
     words = (
         [row.name]

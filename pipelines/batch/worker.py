@@ -1,4 +1,4 @@
-"""Do a task in the process of a worker, or recall its result."""
+"""Run a task in a worker process, or recall its result."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ from pipelines.graph import video_graph
 
 
 def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
-    """Do a task in this process; whatever goes wrong is told in the result, so that an exception
-    always means a lost worker.
+    """Run a task in this process. Every error is part of the result.
+
+    So an exception always means a lost worker.
 
     Parameters
     ----------
@@ -40,7 +41,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         if other := [
             name for name, digest in likeness.items() if own_likeness().get(name) != digest
         ]:
-            text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"  # noqa: E501
+            text = f"worker {platform.node() or 'without a name'} runs another version than this machine: {', '.join(other[:4])}"  # noqa: E501
             return Result(
                 problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there",  # noqa: E501
                 strange=True,
@@ -51,7 +52,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
             name: _here(value, task, store) if isinstance(value, File) else value
             for name, value in task.parameters.items()
         }
-        with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
+        with contextlib.redirect_stdout(io.StringIO()):  # The engine's text about errors.
             outcome = run(
                 TARGETS[task.kind],
                 graph=steps_of(task.kind, task.recorded, "other" in given),
@@ -78,7 +79,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         return Result(problem=printable(str(error)), seconds=time.perf_counter() - begun)
     except MemoryError:
         return Result(
-            problem="the memory was used up; take a smaller --size or fewer --workers",
+            problem="the computation ran out of memory; use a smaller --size or fewer --workers",
             seconds=time.perf_counter() - begun,
         )
     except Exception as error:
@@ -91,7 +92,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
 
 
 def recall(task: Task, store: Store) -> Result | None:
-    """The remembered result of a task."""
+    """Return the stored result of a task."""
     known = store.recall(f"task_{task.kind}", task.key)
     if known is None or not isinstance(known[0], tuple) or len(known[0]) != len(GIVEN[task.kind]):
         return None
@@ -102,7 +103,7 @@ def recall(task: Task, store: Store) -> Result | None:
 
 
 def _thumbnail(clip: Ref[Any], store: Store) -> Ref[Any]:
-    """The first frame of a clip, small, as a JPEG."""
+    """Return the first frame of a clip as a small JPEG."""
     from PIL import Image
 
     from a2v.rendering import read_video
@@ -120,8 +121,10 @@ def _thumbnail(clip: Ref[Any], store: Store) -> Ref[Any]:
 
 @functools.cache
 def own_likeness() -> Mapping[str, str]:
-    """What decides results besides parameters: code of the nodes, shipped weights, versions of
-    packages; digests by what they are of."""
+    """Return digests of everything that determines results besides parameters.
+
+    That is the code of the nodes, the shipped weights, and the versions of packages.
+    """
     from pipelines.report import versions
 
     graphs = [
@@ -143,13 +146,12 @@ def own_likeness() -> Mapping[str, str]:
 
 
 def _here(file: File, task: Task, store: Store) -> File:
-    """A file as this machine has it: where it was, among the shipped weights, or out of the
-    store."""
+    """Return a file on this machine: at its own path, a shipped weight, or in the store."""
     from pipelines.nodes.values import Blob
 
     for path in (Path(file.path), WEIGHTS / Path(file.path).name):
-        # of a mix of models and clips the digest is that of all their files; `own_likeness` has
-        # compared the shipped ones
+        # A mix of models and clips has one digest of all its files. `own_likeness` compares shipped
+        # ones.
         if path.is_file() and (path.parent == WEIGHTS or File.of(path) == file):
             return File(str(path), file.digest)
     if file.digest not in task.files:

@@ -1,2 +1,4 @@
-"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) ->
-Answer``."""
+"""The commands of ``a2v``, one module each.
+
+Each has ``HELP``, ``EXAMPLES``, ``Options`` and ``run(options) -> Answer``.
+"""

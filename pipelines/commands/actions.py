@@ -16,18 +16,18 @@ from pipelines.requests.motion import MODEL, open_model
 HELP = "List all actions by theme, with source and license. With --model, list the names of one model, one per line."
 EXAMPLES = """examples:
   a2v actions
-  a2v actions --license free                     without what is for research only
+  a2v actions --license free                     without sources that are for research only
   a2v actions --model humanact12
-  a2v actions --find "sneaking thief"            what it would take that for, and what comes near"""
+  a2v actions --find "sneaking thief"            how a2v understands these words, and the nearest actions"""
 
 
-#: Most actions that --find names.
+# : Maximum number of actions that --find lists.
 SHOWN = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(

@@ -25,7 +25,7 @@ from pipelines.requests.person import PersonStages
 
 HELP = "Make the videos of a table of jobs. Each person and each motion is computed once."
 EXAMPLES = """examples:
-  a2v batch jobs.csv --out out                               photo,action,seed a line; the first line names the columns
+  a2v batch jobs.csv --out out                               one job per line; the first line names the columns
   a2v batch jobs.yaml --out out --frames 90 --views front    options given here apply to all rows that do not set them
   a2v batch jobs.csv --out out --retry-failed                repeat failed jobs
   a2v batch jobs.csv --out out --workers 8 --limit-memory 12GB
@@ -40,12 +40,12 @@ Columns are name and the options of a2v video that this help shows. The folder g
 job.json), results.csv and index.html. A failed job does not stop the others. The same command continues an interrupted run."""
 
 TABLES_EVERY = 30.0
-"""Seconds between two writings of the tables, at least."""
+"""Minimum seconds between two writes of the tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     jobs: str = option("table of jobs, a CSV or YAML file", names=("jobs",), metavar="FILE")
     out: str = option("folder to write to")
@@ -62,7 +62,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Run the jobs that are not done. The overview page is written first."""
+    """Run the unfinished jobs. The overview page is written first."""
     limit = parse_size(options.limit_memory) if options.limit_memory else None
     rows = read_rows(options.jobs, defaults(options.stages, options.motion, options.film))
     out, store = check_writable(options.out), _store(options.running.cache)
@@ -85,9 +85,8 @@ def run(options: Options) -> Answer:
         finally:
             counts = write_tables(out)
     print(
-        f"{len(rows)} jobs: {len(jobs) - len(left)} over before, {book.made} made, {book.failed} "
-        "failed now; "
-        f"{out} holds {counts['done']} videos and {counts['failed']} failures",
+        f"{len(rows)} jobs: {len(jobs) - len(left)} were finished already, {book.made} were made, "
+        f"{book.failed} failed; {out} holds {counts['done']} videos and {counts['failed']} failures",
         file=sys.stderr,
     )
     numbers = {

@@ -27,7 +27,7 @@ _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     cache: str | None = option(
         "folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)",
@@ -86,12 +86,10 @@ def run(options: Options) -> Answer:
         )
         if gone.unknown:
             lines.append(
-                f"  and {gone.unknown} results of an older version of a2v, which do not say which "
-                "photo they are of"
+                f"  and {gone.unknown} results of an older version of a2v that are not linked "
+                "to a photo"
             )
-        lines.append(
-            "  not touched: the photo itself, and what was written to --out folders and pages"
-        )
+        lines.append("  not removed: the photo itself, and files in --out folders and pages")
         facts["forgotten"] = dataclasses.asdict(gone)
     usage = store.usage()
     lines += [

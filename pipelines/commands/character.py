@@ -41,27 +41,27 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
-  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimeters; a2v doctor says what it needs
+  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimeters; a2v doctor lists what it needs
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
-  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
+  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   each frame of Eq. 20, as a morph target
 
 Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
 
 AVATAR = ".vrm"
-"""Suffix of VRM."""
+"""Suffix of a VRM file."""
 
 FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
-"""What --out may be: characters as data, and as a page that shows them."""
+"""Suffixes of --out: character files, and a page that shows the character."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
@@ -190,7 +190,7 @@ def animate(
     for name, resolved in asked.items():
         kept = (
             "engine_character" if deform is None else "character"
-        )  # exact vertices are those of the whole character
+        )  # Exact vertices are those of the character without simplification.
         outcome = running.run(
             [kept, "poses", *(["vertices"] if deform else ["props"])],
             resolved.parameters,

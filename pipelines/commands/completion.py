@@ -1,4 +1,4 @@
-"""``a2v completion``: scripts with which shells complete commands and options."""
+"""``a2v completion``: scripts that complete commands and options in a shell."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ EXAMPLES = """examples:
   a2v completion fish > ~/.config/fish/completions/a2v.fish"""
 
 FILES = ("photo", "out", "data", "studio", "jobs", "config")
-"""Options that name files without saying so in their help."""
+"""Options that take files although their help does not say so."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     shell: str = option("bash, zsh or fish", names=("shell",), choices=SHELLS)
 
@@ -86,7 +86,7 @@ def _fill(parser: argparse.ArgumentParser, command: ModuleType) -> None:
 
 
 def _complete_paths(action: argparse.Action, metavar: str) -> None:
-    """Let the shell complete options whose value is a file or a folder."""
+    """Complete files and folders for the options that take them."""
     import shtab
 
     if metavar == "FOLDER":

@@ -18,7 +18,7 @@ EXAMPLES = """examples:
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     out: str = option(
         "picture to write: .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg"

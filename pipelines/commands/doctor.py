@@ -18,7 +18,7 @@ Each part "works", is "slow" (works, but could be faster), "missing" (optional) 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     cache: str | None = option(
         "folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)",
@@ -28,7 +28,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Check everything."""
+    """Run all checks."""
     checks = list(run_checks(options.cache))
     lines = [
         f"{check.status:<8} {check.name:<10} {check.about}"
@@ -36,7 +36,7 @@ def run(options: Options) -> Answer:
         for check in checks
     ]
     failed = [check.name for check in checks if check.status == "fails"]
-    error = f"{', '.join(failed)}: a video cannot be made before this works" if failed else ""
+    error = f"{', '.join(failed)}: needed for every video; repair it first" if failed else ""
     text = "\n".join([*lines, "", error or "a video can be made here"])
     return Answer(
         text=text,

@@ -71,12 +71,12 @@ With several clips an .npz holds all of them with a leading dimension, .bvh beco
 them beside each other."""
 
 FORMATS = (*MOTION_FORMATS, *DRAWN_FORMATS)
-"""What --out may be: motions as data, and drawn."""
+"""Suffixes of --out: motion files, and drawings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     plan: PlanOptions = group(PlanOptions)
     way: WayOptions = group(WayOptions)
@@ -134,11 +134,11 @@ class Options:
 
 
 MAX_FRAMES = 1_500_000
-"""Frames of all clips together: about a gigabyte."""
+"""Maximum number of frames of all clips together, about a gigabyte."""
 FILMED = ("plan", "way", "out", "rig", "root_motion", "edits", "filmed", "running", "paging")
-"""Options that go together with a video."""
+"""Options that may be combined with a video."""
 MAX_CLIPS = 10_000
-"""However short they are: a flow makes a whole window for each."""
+"""Maximum number of clips, of any length: a flow makes a whole window for each."""
 
 
 def run(options: Options) -> Answer:
@@ -263,7 +263,8 @@ def _planned(options: Options) -> MotionPlan:
         if alone:
             what = ", ".join(step.action for step in plan.steps)
             raise InputError(
-                f"{alone[0]} is for what one model makes alone, and {what} are of {', '.join(plan.sources)}; leave it out"
+                f"{alone[0]} needs a single model, and {what} use {', '.join(plan.sources)}; "
+                f"leave {alone[0]} out"
             )
     for line in plan.lines():
         print(line, file=sys.stderr)
@@ -362,8 +363,10 @@ def _given(way: WayOptions) -> list[str]:
 
 
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:
-    """Return the arrays of --native: ``joints`` (..., T, J, 3) in native frame and unit, ``labels``
-    (..., T), and the meanings of the labels."""
+    """Return the arrays of --native in the native frame and unit.
+
+    They are ``joints`` (..., T, J, 3), ``labels`` (..., T), and the meanings of the labels.
+    """
     model = asked.model
     assert model is not None
     names = [model.actions[model.label(step.action)] for step in asked.steps]

@@ -27,7 +27,7 @@ The file is in meters, y up; the camera is on +z looking down -z, so the photo i
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(".glb file to write")

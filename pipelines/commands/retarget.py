@@ -41,12 +41,12 @@ bones. Meshes, pictures, expressions and animations are not changed; fingers and
 An .fbx keeps PNG and JPEG pictures of color, normals and emission, embedded or in its folder; other properties of its materials are lost."""
 
 SUFFIXES = (".glb", ".vrm", ".fbx")
-"""What is read and written."""
+"""Suffixes of files that can be read and written."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     character: str = option("your character: a skinned .glb, .vrm or .fbx", metavar="FILE")
     out: str = option("file to write, with the same suffix as --character")

@@ -22,24 +22,24 @@ from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, option
 from pipelines.requests.video import VideoRequest
 
-HELP = "Serve a web page on this machine: drop a photo, name an action, watch the progress, turn the character, download the files."
+HELP = "Serve a web page on this machine: choose a photo and an action, watch the progress, turn the character and download the files."
 EXAMPLES = """examples:
   a2v serve                                     prints the address; open it in a browser of this machine
   a2v serve --browser                           opens it
   a2v serve --folder out/page --port 9000
 
-The server answers to this machine alone, and only to whoever has the whole address. Photos, videos and the queue stay in --folder;
-whoever starts it again goes on where it was. Ctrl-C ends it."""
+Only this machine reaches the server, and only with the whole address. Photos, videos and the queue are kept in --folder;
+the next start continues the queue. Ctrl-C ends the server."""
 
 LOCAL = "127.0.0.1"
 PORT = 8420
 COMPUTE = "from pipelines.commands.serve import compute; compute()"
-"""What the page's child processes run."""
+"""Program of the page's child processes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     folder: str | None = option(
         "folder of photos, videos and the queue (default: ~/.local/share/a2v/page)",
@@ -56,12 +56,12 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Serve until interrupted; print the address as soon as it answers."""
+    """Serve until interrupted; print the address as soon as the server answers."""
     import uvicorn
 
     if options.workers is not None and options.workers < 1:
         raise InputError(f"workers is {options.workers}; expected 1 or more")
-    keep_files_private()  # photos, videos and the token are their user's alone
+    keep_files_private()  # Only the user may read photos, videos and the token.
     folder = _private(options.folder)
     Store(options.cache).prepare()
     with _only_one(folder), _listening(options.port) as listener:
@@ -75,7 +75,7 @@ def run(options: Options) -> Answer:
 
         def ready() -> (
             None
-        ):  # whoever reads the address may press Ctrl-C: not before that is understood
+        ):  # A user who has read the address may press Ctrl-C, so the handler is set first.
             print(address, flush=True)
             if options.browser:
                 _open(folder, address)
@@ -100,7 +100,7 @@ def run(options: Options) -> Answer:
         )
         with contextlib.suppress(
             KeyboardInterrupt, asyncio.CancelledError
-        ):  # the second: interrupted before the loop had begun
+        ):  # The second interrupt: the first came before the loop had started.
             uvicorn.Server(config).run(sockets=[listener])
     return Answer(text="", facts={"address": address, "folder": folder})
 
@@ -173,7 +173,7 @@ def _listening(port: int) -> Iterator[socket.socket]:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((LOCAL, port))
-            listener.listen()  # whoever comes before the server is ready waits
+            listener.listen()  # Connections before the server is ready wait.
         except OSError as error:
             raise InputError(
                 f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for "

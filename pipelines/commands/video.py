@@ -41,7 +41,7 @@ Run again after an interruption: finished frames are remembered. Another action 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("folder to write to")
@@ -114,7 +114,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     targets += ["photo_clip"] if options.film.in_photo and not options.only else []
     transparent = (
         parameters["render"].background == "transparent" and not options.only
-    )  # an MP4 has no alpha channel
+    )  # An MP4 has no alpha channel.
     early = (
         {} if options.only else {"glb": functools.partial(_show_early, out, options.running.quiet)}
     )
@@ -138,7 +138,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
             animation=options.animation,
             megabytes=options.max_mb,
             sheet=options.sheet,
-            caption=_caption(outcome),
+            caption=caption_of(outcome),
         )
         if not options.only
         else []
@@ -155,11 +155,11 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     )
 
 
-def _caption(outcome: Outcome) -> list[str]:
-    """Return lines about the fit to the photo for the contact sheet; none without a fitted photo."""
+def caption_of(outcome: Outcome) -> list[str]:
+    """Return lines about the fit to the photo for the contact sheet; none without a photo."""
     from a2v.body import summary
 
-    names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
+    names = [name for name in ("joint_fit", "photo_body") if name in outcome.nodes]
     return summary(outcome.nodes[names[0]].measures) if names else []
 
 
@@ -168,7 +168,7 @@ def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
     write_early_page(outcome, out)
     if not quiet:
         print(
-            f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
+            f"the moving character can be seen in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
             "video follows",
             file=sys.stderr,
         )

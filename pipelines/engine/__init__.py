@@ -1,2 +1,1 @@
-"""The engine: a graph of nodes that remembers results by content, resumes and fans out. It knows
-nothing of what the graph computes."""
+"""The engine: run any graph of nodes, store results by content, resume, and use many processes."""

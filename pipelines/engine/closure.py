@@ -1,13 +1,11 @@
-"""What a node's result depends on: the code that it reaches within this project, and the data files
-that this code names.
+"""Find the code and the data files that the result of a node depends on.
 
-Found by reading source, nothing is imported. Of the node's own module only its function counts,
-with the module-level names that it uses, through one another. Of what these import, whole modules
-count, and whole modules of what those import, inside functions too. Three things do not count:
-imports for type checkers alone; the ``__init__`` of a package that passes a name on (the name is
-the module's that defines it); and what lies in ``a2v/weights`` (models are arguments of nodes and
-count there by their content). A data file counts for the modules beside or above it that name it in
-quotes.
+The source is read; nothing is imported. Of the node's own module only its function counts, with the
+module-level names that it uses, directly or indirectly. Modules that these import count as a whole,
+and so do the modules that those import, also inside of functions. Three things do not count:
+imports for type checkers only; the ``__init__`` of a package that passes a name on (the module that
+defines the name counts); and files in ``a2v/weights`` (models are arguments of nodes and count by
+their content). A data file counts for the modules beside or above it that name it in quotes.
 """
 
 from __future__ import annotations
@@ -32,14 +30,18 @@ _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 @functools.cache
 def code_digest(file: str, name: str) -> str:
-    """Forty hex digits of all that the top-level name `name` of `file` depends on; once a process,
-    so that it is of the code that runs."""
+    """Return forty hex digits of everything that the top-level name `name` of `file` depends on.
+
+    They are computed once per process, so that they describe the code that runs.
+    """
     return _installed().digest(file, name)
 
 
 def top_folder() -> Path:
-    """The folder that holds the project's packages: of a checkout, or the site-packages of a wheel,
-    where this one lies beneath `a2v`."""
+    """Return the folder of the project's packages: a checkout, or the site-packages of a wheel.
+
+    In a wheel this package lies below `a2v`.
+    """
     return Path(__file__).resolve().parents[__name__.count(".")]
 
 
@@ -63,7 +65,7 @@ class Sources:
         self._data = sorted(self._find_data())
 
     def digest(self, file: str | os.PathLike[str], name: str) -> str:
-        """Forty hex digits of `closure`."""
+        """Return forty hex digits of `closure`."""
         return _digest(
             "\n".join(
                 f"{label} {digest}" for label, digest in sorted(self.closure(file, name).items())
@@ -71,8 +73,7 @@ class Sources:
         )
 
     def closure(self, file: str | os.PathLike[str], name: str) -> dict[str, str]:
-        """Digests of all that the top-level name `name` of the Python file `file` depends on, by
-        the files' paths below the root.
+        """Return the digests of what the top-level name `name` of `file` depends on, by path.
 
         Raises
         ------
@@ -102,8 +103,10 @@ class Sources:
         return parts
 
     def _definers(self, one: Import, attributes: Iterable[str] | None = None) -> Iterator[str]:
-        """The modules behind an imported name; of a package, those behind the `attributes` that are
-        used of it, if these are known."""
+        """Return the modules of an imported name.
+
+        For a package these are the modules of its used `attributes`, if these are known.
+        """
         found = self._definer(one.module, one.name)
         if found is None:
             return
@@ -118,7 +121,7 @@ class Sources:
             yield found
 
     def _definer(self, module: str, name: str) -> str | None:
-        """The module that defines `name` of `module`, None outside of the project."""
+        """Return the module that defines `name` of `module`, or None outside of the project."""
         if module.partition(".")[0] not in PROJECT or self._path(module) is None:
             return None
         if not name or not self._module(module).is_package:
@@ -129,7 +132,7 @@ class Sources:
         return module if self._path(f"{module}.{name}") is None else f"{module}.{name}"
 
     def _path(self, module: str) -> Path | None:
-        """A module's file, or None where there is none."""
+        """Return the file of a module, or None if there is none."""
         if module in self._modules:
             return self._modules[module].path
         base = self._root.joinpath(*module.split("."))
@@ -163,7 +166,7 @@ class Sources:
         return self._modules[name]
 
     def _find_data(self) -> Iterator[tuple[str, str]]:
-        """Path below the root and name of every data file."""
+        """Return the relative path and the name of every data file."""
         for package in PROJECT:
             for folder, below, names in os.walk(self._root / package):
                 below[:] = [name for name in below if not name.startswith((".", "__"))]
@@ -176,7 +179,7 @@ class Sources:
                     )
 
     def _data_named(self, text: str, label: str) -> dict[str, str]:
-        """Digests of the data files that a source names, by their paths."""
+        """Return the digests of the data files that a source names, by relative path."""
         beside = f"{Path(label).parent.as_posix()}/"
         near = [
             (path, name) for path, name in self._data if path.startswith(beside) and name in text
@@ -187,8 +190,7 @@ class Sources:
 
 @dataclass(frozen=True)
 class _Module:
-    """A source file: what it adds to a closure, what it imports and, if it is a package, the names
-    that it passes on."""
+    """A source file: its digest, its imports and, for a package, the names that it passes on."""
 
     path: Path
     is_package: bool
@@ -206,10 +208,10 @@ def _digest(data: bytes) -> str:
 
 @dataclass(frozen=True)
 class _Statement:
-    """A top-level statement: the names that it binds, the module's names that it may use, and what
-    it imports itself.
+    """A top-level statement: the names that it binds, the names that it may use, and its imports.
 
-    `attributes` has what is used of each name; None where a name is used otherwise as well.
+    `attributes` has the attributes that are used of each name; None if a name is also used
+    otherwise.
     """
 
     node: ast.stmt
@@ -221,15 +223,14 @@ class _Statement:
 
     @property
     def runs(self) -> bool:
-        """Whether it does something else than bind names, such as setting an attribute or calling a
-        function."""
+        """Whether it does more than bind names, such as calling a function."""
         return not self.bound and not (
             isinstance(self.node, ast.Expr) and isinstance(self.node.value, ast.Constant)
         )
 
 
 def _statements(text: str, package: str) -> list[_Statement]:
-    """The top-level statements of a module's source."""
+    """Return the top-level statements of a module's source."""
     lines, scopes = text.splitlines(), dict[str, list[symtable.SymbolTable]]()
     for scope in symtable.symtable(text, package, "exec").get_children():
         scopes.setdefault(scope.get_name(), []).append(scope)
@@ -261,11 +262,10 @@ def _statements(text: str, package: str) -> list[_Statement]:
 def _reach(
     statements: Iterable[_Statement], name: str
 ) -> tuple[str, list[tuple[Import, set[str] | None]]]:
-    """The source of the top-level name `name` and of all in its module that it uses, and the
-    imports that these use.
+    """Return the source of a top-level name and of everything in its module that it uses.
 
-    An import comes with the attributes that are used of it, None where it is used otherwise as
-    well.
+    Also return the imports that these use, with their used attributes (None if an import is also
+    used otherwise).
     """
     binding: dict[str, list[_Statement]] = {}
     for statement in statements:
@@ -296,7 +296,7 @@ def _reach(
 
 
 def _bound(parts: Iterable[ast.AST]) -> set[str]:
-    """Names that a statement assigns or defines."""
+    """Return the names that a statement assigns or defines."""
     names = {
         part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
     }
@@ -304,9 +304,9 @@ def _bound(parts: Iterable[ast.AST]) -> set[str]:
 
 
 def _used(parts: Iterable[ast.AST], scopes: Iterable[symtable.SymbolTable]) -> set[str]:
-    """Names of the module that a function or class may use, in annotations too."""
+    """Return the names of the module that a function or class may use, in annotations too."""
     names = {name for scope in scopes for name in _globals(scope)}
-    outside: list[ast.expr | None] = []  # evaluated outside of these scopes, or not at all
+    outside: list[ast.expr | None] = []  # Evaluated outside of these scopes, or not at all.
     for part in parts:
         if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
             outside += [
@@ -333,7 +333,7 @@ def _used(parts: Iterable[ast.AST], scopes: Iterable[symtable.SymbolTable]) -> s
 
 
 def _globals(scope: symtable.SymbolTable) -> set[str]:
-    """Names that a scope and those within it take from the module."""
+    """Return the names that a scope and its inner scopes take from the module."""
     names = {
         one.get_name()
         for one in scope.get_symbols()
@@ -343,8 +343,7 @@ def _globals(scope: symtable.SymbolTable) -> set[str]:
 
 
 def _attributes(parts: Iterable[ast.AST]) -> dict[str, set[str] | None]:
-    """By name, the attributes that are used of it; None where the name is used otherwise as
-    well."""
+    """Return the used attributes by name; None if the name is also used otherwise."""
     counts = Counter(part.id for part in parts if isinstance(part, ast.Name))
     attributes: dict[str, list[str]] = {}
     for part in parts:

@@ -1,4 +1,4 @@
-"""The picture of a graph: by Graphviz where `dot` is installed, else by matplotlib."""
+"""Draw a graph with Graphviz if `dot` is installed, else with matplotlib."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from a2v.io import atomic_path
 from pipelines.engine.graph import Graph, Step, arguments_of, inputs_of, topological
 
 _SINGLE = "#dbe9f6"
-"""Fill of a node that is called once."""
+"""Fill color of a node that is called once."""
 _FANNED = "#fde0c5"
-"""Fill of a node that is called many times."""
+"""Fill color of a node that is called many times."""
 _INPUT = "#f2f2f2"
-"""Fill of what comes from outside."""
+"""Fill color of an input."""
 
 
 def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") -> None:
@@ -30,7 +30,7 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
     Raises
     ------
     InputError
-        Unknown kind of file, or it cannot be written, or `dot` was asked for and is not there.
+        Unknown format, a file that cannot be written, or `dot` is given but not installed.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in (".svg", ".png", ".pdf", ".dot"):
@@ -55,7 +55,7 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
 
 
 def edges(graph: Graph) -> list[tuple[str, str, str]]:
-    """Every (from, to, what) in the graph; from is a node's or an input's name."""
+    """Return every edge (from, to, label) of the graph; ``from`` is a node or an input."""
     maker = {name: step.node.name for step in graph for name in step.outputs}
     return [
         (maker.get(name, name), step.node.name, name)
@@ -65,13 +65,13 @@ def edges(graph: Graph) -> list[tuple[str, str, str]]:
 
 
 def label(step: Step) -> str:
-    """The step's name with what it gives over which axes."""
+    """Return the name of the step with its result and axes."""
     gives = ", ".join(step.outputs) + (f"[{', '.join(step.axes)}]" if step.axes else "")
     return gives
 
 
 def dot_source(graph: Graph) -> str:
-    """The graph in Graphviz' language."""
+    """Return the graph in Graphviz' language."""
     steps = {step.node.name: step for step in graph}
     lines = [
         "digraph a2v {",

@@ -1,9 +1,8 @@
-"""Where fanned-out nodes run: here, in local processes, on Dask or on Ray; all are
-`concurrent.futures.Executor`.
+"""Run nodes in this process, in local processes, on Dask or on Ray.
 
-Local workers are started by a fork server, never by fork (mitsuba, torch and onnxruntime hold
-threads), with one BLAS, OpenMP and Dr.Jit thread each, and they end with the process that started
-them, even when that is killed.
+Each executor is a `concurrent.futures.Executor`. A fork server starts local workers, never fork,
+since mitsuba, torch and onnxruntime hold threads. A worker has one BLAS, OpenMP and Dr.Jit thread
+each. It ends with the process that started it, even if that is killed.
 """
 
 from __future__ import annotations
@@ -41,10 +40,10 @@ _ONE_THREAD = dict.fromkeys(
 
 
 class SerialExecutor(Executor):
-    """Runs every call at once in the calling thread."""
+    """Runs every call immediately in the calling thread."""
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run now; the future is finished."""
+        """Run the call now; the returned future is finished."""
         future: Future[Any] = Future()
         try:
             future.set_result(function(*args, **kwargs))
@@ -54,13 +53,15 @@ class SerialExecutor(Executor):
 
 
 class RayExecutor(Executor):
-    """Runs calls as Ray tasks; Ray retries those whose worker dies."""
+    """Runs calls as Ray tasks; Ray retries a call whose worker dies."""
 
     def __init__(self, address: str | None = None, workers: int | None = None) -> None:
-        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # it reports by itself, to its makers
+        os.environ.setdefault(
+            "RAY_USAGE_STATS_ENABLED", "0"
+        )  # Ray would report usage to its developers.
         os.environ.setdefault(
             "RAY_enable_metrics_collection", "0"
-        )  # or its workers complain that nobody takes their figures
+        )  # Otherwise its workers complain that nobody collects their metrics.
         try:
             import ray
         except ImportError as error:
@@ -73,7 +74,10 @@ class RayExecutor(Executor):
             local = (
                 {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
             )
-            with safe_children(), _elsewhere():  # workers import from the folder in which it starts
+            with (
+                safe_children(),
+                _elsewhere(),
+            ):  # Workers import from the folder in which Ray starts.
                 ray.init(address=address, log_to_driver=False, **local)
         self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
 
@@ -90,7 +94,7 @@ class RayExecutor(Executor):
 
 @contextlib.contextmanager
 def _elsewhere() -> Iterator[None]:
-    """Be in the folder of this program, whose modules are found anyway."""
+    """Work in the folder of this program, whose modules are found without it."""
     before = Path.cwd()
     os.chdir(top_folder())
     try:
@@ -117,26 +121,30 @@ def _limit_threads() -> None:
 
 
 _HANDED_DOWN = ("DRJIT_LIBLLVM_PATH", "A2V_CACHE", "TMPDIR")
-"""What a worker takes over from the environment of the moment at which it starts, not of the fork
-server's start."""
+"""Environment variables that a worker takes from the moment of its start.
+
+Others are those of the start of the fork server.
+"""
 
 
 class LocalExecutor(Executor):
-    """Processes of this machine, started at the first call; nothing is started for a run that fans
-    nothing out."""
+    """Processes of this machine, started at the first call.
+
+    A run that calls no node many times starts none.
+    """
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._pool: ProcessPoolExecutor | None = None
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand the call to a worker."""
+        """Give the call to a worker."""
         if self._pool is None:
             self._pool = _start_pool(self._workers)
         return self._pool.submit(function, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers; with `cancel_futures` at once, in the middle of what they do."""
+        """End the workers; with `cancel_futures` immediately, also those that are busy."""
         if self._pool is None:
             return
         processes = (
@@ -149,16 +157,16 @@ class LocalExecutor(Executor):
         for process in processes:
             process.join(5)
         if processes and manager is not None:
-            manager.join(
-                5
-            )  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then  # noqa: E501
+            # The manager closes a pipe to which the interpreter writes at its end. Without this
+            # wait that write sometimes fails with a bad file descriptor.
+            manager.join(5)
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
     import multiprocessing
 
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)  # the fork server hands its environment to every worker
+    os.environ.update(_ONE_THREAD)  # The fork server gives its environment to every worker.
     try:
         start_fork_server()
     finally:
@@ -177,7 +185,7 @@ def _start_pool(workers: int) -> ProcessPoolExecutor:
 
 
 def _start_worker(environment: dict[str, str]) -> None:
-    """In a new local worker: one thread, Ctrl-C left to the parent, and an end with the parent."""
+    """Set up a new local worker: one thread, no Ctrl-C, and an end with its parent."""
     import multiprocessing
 
     def leave(*_: object) -> None:
@@ -199,7 +207,7 @@ def _start_worker(environment: dict[str, str]) -> None:
 
 
 def cpu_count() -> int:
-    """Processor cores that this process may use."""
+    """Return the number of processor cores that this process may use."""
     return core_count()
 
 
@@ -210,11 +218,11 @@ def open_executor(
     workers: int | None = None,
     address: str | None = None,
 ) -> Iterator[Executor]:
-    """Yield an executor; on an error nothing that waits is started any more.
+    """Yield an executor; after an error no waiting call is started.
 
     Parameters
     ----------
-    name : one of EXECUTORS, or an executor of your own (left open)
+    name : one of EXECUTORS, or a custom executor, which is left open
     workers : int or None
         Processes; None for one a core.
     address : str or None
@@ -298,8 +306,7 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
 
 @contextlib.contextmanager
 def _silent(*loggers: logging.Logger) -> Iterator[None]:
-    """Keep pages of what went wrong from standard error: the one sentence that is raised says
-    it."""
+    """Suppress long logs of an error on standard error: the raised exception has one sentence."""
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
@@ -314,7 +321,7 @@ CONNECT_SECONDS = 10.0
 
 
 def _connect(distributed: Any, address: str) -> Any:
-    """A client of the scheduler at `address`."""
+    """Return a client of the scheduler at `address`."""
     try:
         return distributed.Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TypeError) as error:
@@ -325,9 +332,9 @@ def _connect(distributed: Any, address: str) -> Any:
 
 
 def _dask_failure(error: BaseException, address: str | None, *, alive: bool) -> str:
-    """What happened to a run on Dask, in one line with its remedy."""
+    """Return one line about the failure of a run on Dask, with advice."""
     if "KilledWorker" in type(error).__name__:
-        return "Dask's workers were killed while they computed, most likely because the memory was used up; run again with fewer or larger workers"  # noqa: E501
+        return "Dask's workers were killed while they computed, most likely because they ran out of memory; run again with fewer or larger workers"  # noqa: E501
     where = f"at {address} " if address else ""
     lost = "a worker or the network failed" if alive else "it ended or cannot be reached any more"
     return f"the Dask scheduler {where}stopped answering: {lost}; what was finished is remembered: start it again and repeat the command"  # noqa: E501

@@ -1,8 +1,7 @@
-"""Forgetting a photo: remove from a store all that was computed from it, and what nobody refers to
-any more.
+"""Forget a photo: remove everything that was computed from it, and values that nothing refers to.
 
-A record of a call names the stored values among its arguments (`pipelines.engine.memo`), so
-whatever depends on a photo is found by following the records from the photo's own value.
+The record of a call names the stored values among its arguments (`pipelines.engine.memo`). So
+everything that depends on a photo is found by following the records from the photo's own value.
 """
 
 from __future__ import annotations
@@ -22,24 +21,24 @@ from pipelines.engine.store import IN_USE_SECONDS, MAX_CALL_BYTES, Store
 
 
 def ref_of(record: Record) -> Ref[Any]:
-    """What `Store.put` would name a value."""
+    """Return the digest under which `Store.put` would store a value."""
     return Ref(digest_of(record.to_bytes()))
 
 
 @dataclass(frozen=True)
 class Forgotten:
-    """What was removed.
+    """The removed results.
 
     Attributes
     ----------
     calls : int
         Records of calls that depended on the photo.
     unknown : int
-        Records of an older version, which do not say what they depended on; they are removed too.
+        Records of an older version without dependencies; they are removed too.
     values : int
         Stored values.
     bytes : int
-        Of these values.
+        Total size of these values.
     """
 
     calls: int = 0
@@ -51,7 +50,9 @@ class Forgotten:
 @dataclass(frozen=True)
 class _Call:
     path: Path
-    given: frozenset[str] | None  # digests among the arguments; None where the record does not say
+    given: (
+        frozenset[str] | None
+    )  # Digests among the arguments; None if the record does not have them.
     gave: frozenset[str]
 
 
@@ -62,8 +63,7 @@ def forget(
     keep: Collection[Ref[Any]] = (),
     idle: float = IN_USE_SECONDS,
 ) -> Forgotten:
-    """Remove stored values, every remembered call that depends on them, and values that no
-    remaining call names.
+    """Remove stored values, all calls that depend on them, and values that no other call names.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def forget(
     suspects = tainted.union(*(call.gave | (call.given or frozenset()) for call in removed))
     for call in reversed(
         removed
-    ):  # the furthest first: if this ends in the middle, what is left is still found from the photo
+    ):  # Remove the most dependent records first: after a stop the rest can still be found.
         _remove(store, call.path)
     counts = [0, 0]
     now = time.time()
@@ -124,7 +124,7 @@ def _remove(store: Store, path: Path) -> None:
 
 
 def _calls(folder: Path) -> Iterator[_Call]:
-    """Every record of a call; one that cannot be read depends on we do not know what."""
+    """Return every record of a call; an unreadable one has unknown dependencies."""
     for path in (folder / "calls").glob("*/*/*.json"):
         try:
             record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
@@ -133,5 +133,5 @@ def _calls(folder: Path) -> Iterator[_Call]:
                 frozenset(str(digest) for digest in record["given"]) if "given" in record else None
             )
             yield _Call(path, given, gave)
-        except Exception:  # damaged, or none of ours
+        except Exception:  # damaged, or not a record of this store
             yield _Call(path, None, frozenset())

@@ -1,7 +1,7 @@
-"""Graphs of nodes: what is needed for what, and the `pipefunc.Pipeline` that runs them.
+"""Graphs of nodes, their dependencies, and the `pipefunc.Pipeline` that runs them.
 
-A step is a node and the name of what it gives; an argument of a node with that name is an edge. A
-map specification fans out: ``pose[t] -> posed[t]`` calls the node once a frame.
+A step is a node and the name of its result. An argument with the name of a result is an edge. A map
+specification repeats a node: ``pose[t] -> posed[t]`` calls it once per frame.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Step:
     ----------
     node : Node
     output : str or tuple of str
-        What it gives; a tuple names the members of the tuple that it returns.
+        Name of the result; a tuple names the members of a returned tuple.
     mapspec : str or None
         Fan-out, as in ``"pose[t] -> posed[t]"``; ``"... -> pose[t]"`` gives a list over t.
     together : function of the graph's inputs to int, optional
@@ -41,12 +41,12 @@ class Step:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Names of what the step gives."""
+        """The names of the results of the step."""
         return (self.output,) if isinstance(self.output, str) else self.output
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the axes of its output, such as ``("t", "c")``."""
+        """The names of the axes of its output, such as ``("t", "c")``."""
         found = re.search(r"->\s*\w+\[([^\]]*)\]", self.mapspec or "")
         return tuple(axis.strip() for axis in found.group(1).split(",")) if found else ()
 
@@ -59,7 +59,7 @@ class Step:
 Graph = Sequence[Step]
 
 Parameters = dict[str, Any]
-"""A graph's inputs by name; the annotations of its nodes say of what types."""
+"""Build the inputs of a graph by name; the annotations of its nodes give their types."""
 
 
 def build(
@@ -70,8 +70,7 @@ def build(
     fresh: Collection[str] = (),
     codes: Mapping[str, str] | None = None,
 ) -> Any:
-    """The `pipefunc.Pipeline` of `graph`, its nodes bound to `store`; types of all edges are
-    checked.
+    """Build the `pipefunc.Pipeline` of `graph` with its nodes bound to `store`; check all types.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ def build(
         )
         made = (
             None if step.fans_out or not step.axes else ("?",) * len(step.axes)
-        )  # the sizes are known when the node has run
+        )  # The sizes are known after the node has run.
         functions.append(
             pipefunc.PipeFunc(
                 bound.as_function(),
@@ -101,12 +100,12 @@ def build(
 
 
 def outputs_of(graph: Graph) -> tuple[str, ...]:
-    """Names of everything that the graph gives, in its order."""
+    """Return the names of all results of the graph, in its order."""
     return tuple(name for step in graph for name in step.outputs)
 
 
 def inputs_of(graph: Graph) -> tuple[str, ...]:
-    """Names of the parameters that come from outside."""
+    """Return the names of the parameters that come from outside."""
     given = set(outputs_of(graph))
     return tuple(
         dict.fromkeys(name for step in graph for name in arguments_of(step) if name not in given)
@@ -114,14 +113,14 @@ def inputs_of(graph: Graph) -> tuple[str, ...]:
 
 
 def arguments_of(step: Step) -> tuple[str, ...]:
-    """Names of a step's arguments."""
+    """Return the names of a step's arguments."""
     return tuple(inspect.signature(step.node.function).parameters)
 
 
 def needed_for(
     graph: Graph, targets: Collection[str], given: Collection[str] = ()
 ) -> tuple[Step, ...]:
-    """The steps that `targets` need, when `given` outputs come from outside."""
+    """Return the steps that `targets` need if the `given` outputs come from outside."""
     wanted, kept = set(targets) - set(given), set()
     for step in reversed(topological(graph)):
         if wanted & set(step.outputs):
@@ -131,7 +130,7 @@ def needed_for(
 
 
 def downstream_of(graph: Graph, name: str) -> set[str]:
-    """`name` and every output that depends on it."""
+    """Return `name` and every output that depends on it."""
     found = {name}
     for step in topological(graph):
         if found & (set(arguments_of(step)) | set(step.outputs)):
@@ -140,7 +139,7 @@ def downstream_of(graph: Graph, name: str) -> set[str]:
 
 
 def topological(graph: Graph) -> list[Step]:
-    """The steps, each after those that it needs.
+    """Return the steps in an order in which each follows those that it needs.
 
     Raises
     ------
@@ -160,7 +159,7 @@ def topological(graph: Graph) -> list[Step]:
 
 
 def check_names(graph: Graph, names: Collection[str], known: Sequence[str], what: str) -> None:
-    """Reject names that the graph does not know.
+    """Refuse names that the graph does not know.
 
     Raises
     ------

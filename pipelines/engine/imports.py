@@ -1,4 +1,4 @@
-"""The imports of a module, read from its source; nothing is imported."""
+"""Find the imports of a module in its source, without importing anything."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 PROJECT = ("a2v", "export", "pipelines")
-"""The packages that are followed."""
+"""The packages whose imports are followed."""
 
 _TYPE_CHECKING = re.compile(
     r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE
@@ -21,8 +21,10 @@ _IMPORT = re.compile(
 
 @dataclass(frozen=True)
 class Import:
-    """One imported name: ``from module import name as alias``; `name` is empty for ``import module
-    as alias``."""
+    """One imported name: ``from module import name as alias``.
+
+    `name` is empty for ``import module as alias``.
+    """
 
     module: str
     name: str
@@ -30,10 +32,10 @@ class Import:
 
 
 def imports_in(text: str, package: str) -> list[Import]:
-    """The project's names that a module's source imports anywhere, but for type checkers alone.
+    """Return the project's names that a module imports anywhere, except for type checkers only.
 
-    Only lines that begin as imports of the project are parsed, which takes a thirtieth of the time
-    of parsing all.
+    Only lines that begin like imports of the project are parsed, which takes a thirtieth of the
+    time of parsing the whole source.
 
     Parameters
     ----------
@@ -44,20 +46,19 @@ def imports_in(text: str, package: str) -> list[Import]:
         nodes: Iterable[ast.AST] = ast.parse(
             "\n".join(match[1] for match in _IMPORT.finditer(seen))
         ).body
-    except SyntaxError:  # prose that begins as an import does
+    except SyntaxError:  # prose that begins like an import
         nodes = ast.walk(parse(text))
     return [one for one in imports_of(nodes, package) if one.module.partition(".")[0] in PROJECT]
 
 
 def imports_of(nodes: Iterable[ast.AST], package: str) -> Iterator[Import]:
-    """What the import statements among `nodes` import; `package` is what relative ones are relative
-    to."""
+    """Return what the import statements among `nodes` import, relative to `package`."""
     for node in nodes:
         if isinstance(node, ast.Import):
             for name in node.names:
                 whole = name.name.split(
                     "."
-                )  # without an alias it binds the first, of which all may be used
+                )  # Without an alias it binds the first package, any part of which may be used.
                 above = (
                     [] if name.asname else [".".join(whole[: i + 1]) for i in range(len(whole) - 1)]
                 )
@@ -71,7 +72,7 @@ def imports_of(nodes: Iterable[ast.AST], package: str) -> Iterator[Import]:
 
 
 def parse(text: str) -> ast.Module:
-    """Parse a module's source; what stands under ``if TYPE_CHECKING:`` is left out."""
+    """Parse a module's source without the code under ``if TYPE_CHECKING:``."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if (

@@ -1,11 +1,10 @@
-"""Nodes that remember: a plain typed function whose result is kept under a key of its code and its
-arguments.
+"""Nodes: plain typed functions whose results are stored under a key of their code and arguments.
 
-The key digests the code that the node reaches with the data files that it reads
-(`pipelines.engine.closure`), and the arguments (`joblib.hash`: dtype- and shape-aware for arrays;
-refs and files count by their content). Change any of them and the node runs again; change nothing
-and the stored result is returned. While a node runs it may report progress and notes; they go to
-the event file of the run, which the process that draws the bars reads.
+The key has the digest of the code that the node reaches and of the data files that this code reads
+(`pipelines.engine.closure`), and the digest of the arguments (`joblib.hash`: dtype- and shape-aware
+for arrays; refs and files count by their content). If any of them changes, the node runs again;
+otherwise the stored result is returned. While a node runs it may report progress and notes. They go
+to the event file of the run, which the process with the progress bars reads.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ R = TypeVar("R", covariant=True)
 
 
 class Node(Generic[P, R]):
-    """A memoised function; called, it looks into the current store first."""
+    """A memoized function; a call looks into the current store first."""
 
     def __init__(self, function: Callable[P, R], remember: bool = True) -> None:
         functools.update_wrapper(self, function)
@@ -49,14 +48,14 @@ class Node(Generic[P, R]):
         self.name = function.__name__
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """The result for these arguments, remembered or computed now."""
+        """Return the stored result for these arguments, or compute it."""
         return cast(R, self.call(storage.current(), self.code(), args, kwargs))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _find, (self.function.__module__, self.function.__qualname__)
 
     def code(self) -> str:
-        """Digest of the code and data files that the result depends on."""
+        """Return the digest of the code and data files that the result depends on."""
         module = self.function.__module__
         source = inspect.getsourcefile(sys.modules[module])
         if source is None:
@@ -64,7 +63,7 @@ class Node(Generic[P, R]):
         return code_digest(source, self.function.__qualname__.partition(".")[0])
 
     def key(self, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
-        """What names a call: node, code and arguments."""
+        """Return the key of a call: node, code and arguments."""
         bound = inspect.signature(self.function).bind(*args, **kwargs)
         bound.apply_defaults()
         return str(joblib.hash([self.name, code, plain(bound.arguments)]))
@@ -78,7 +77,7 @@ class Node(Generic[P, R]):
         *,
         fresh: bool = False,
     ) -> Any:
-        """As calling, with everything given; `fresh` computes even what is remembered."""
+        """Return the result with store and folders given; `fresh` ignores a stored result."""
         key = self.key(code, args, kwargs)
         started = time.time()
         if self.remember and not fresh and (known := store.recall(self.name, key)) is not None:
@@ -119,7 +118,7 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
     Parameters
     ----------
-    remember : False for what also depends on the machine and costs little: it runs every time
+    remember : False for a cheap node that also depends on the machine: it runs every time
     """
 
     def wrap(function: Callable[P, R]) -> Node[P, R]:
@@ -129,8 +128,7 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
 
 class Bound:
-    """A node with what it needs in any process: the store, the event file's folder and the code's
-    digest."""
+    """A node with what it needs in any process: store, event folder, digest of the code."""
 
     def __init__(
         self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False
@@ -141,7 +139,7 @@ class Bound:
         return Bound, self._state
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """The node's result; its events go to the run.
+        """Return the result of the node; its events go to the run.
 
         Raises
         ------
@@ -158,8 +156,7 @@ class Bound:
             return node.call(store, code, args, kwargs, fresh=fresh)
 
     def as_function(self) -> Callable[..., Any]:
-        """A function with the node's own name, signature and annotations, which is what pipefunc
-        reads."""
+        """Return a function with the node's name, signature and annotations for pipefunc."""
         bound = self
 
         @functools.wraps(bound._state[0].function)
@@ -174,8 +171,10 @@ def _find(module: str, name: str) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """`value` as fresh lists, dictionaries and arrays, so that equal values hash alike whatever
-    objects they share."""
+    """Return `value` as new lists, dictionaries and arrays.
+
+    So equal values have equal digests, whatever objects they share.
+    """
     if isinstance(value, Ref | File):
         return [type(value).__name__, value.digest]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -189,7 +188,7 @@ def plain(value: Any) -> Any:
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray) and value.dtype == object:
         return ["array", list(value.shape), [plain(item) for item in value.ravel().tolist()]]
-    if isinstance(value, np.ma.MaskedArray):  # pipefunc hands over a fully computed axis as one
+    if isinstance(value, np.ma.MaskedArray):  # pipefunc passes a fully computed axis as one
         return plain(np.asarray(value))
     if isinstance(value, np.ndarray):
         return np.ascontiguousarray(value)
@@ -208,7 +207,7 @@ def plain(value: Any) -> Any:
 
 
 def refs_within(value: Any) -> Iterator[Ref[Any]]:
-    """Every ref in what `plain` takes apart; of a file the one that a value of its content has."""
+    """Yield every ref in a value that `plain` takes apart; for a file, the ref of its content."""
     if isinstance(value, Ref):
         yield value
     elif isinstance(value, File):
@@ -227,13 +226,13 @@ def refs_within(value: Any) -> Iterator[Ref[Any]]:
 
 
 def size_of(result: Any) -> list[int]:
-    """Shape of a list or array of refs; empty for a single result."""
+    """Return the shape of a list or array of refs; empty for a single result."""
     if isinstance(result, list):
         return [len(result)]
     return list(result.shape) if isinstance(result, np.ndarray) else []
 
 
-# --- what a running node tells
+# --- what a running node reports
 
 _events: contextvars.ContextVar[str] = contextvars.ContextVar("events", default="")
 _node: contextvars.ContextVar[_Running | None] = contextvars.ContextVar("node", default=None)
@@ -258,7 +257,7 @@ def _running(name: str) -> Iterator[_Running]:
 
 @contextlib.contextmanager
 def events_in(folder: str) -> Iterator[None]:
-    """Within the block, what nodes report goes to files in `folder`."""
+    """Send the reports of nodes inside the block to files in `folder`."""
     token = _events.set(folder)
     try:
         yield
@@ -267,7 +266,7 @@ def events_in(folder: str) -> Iterator[None]:
 
 
 def emit(**event: Any) -> None:
-    """Append one line to this process's event file of the run; nothing outside of a run."""
+    """Append one line to this process's event file of the run; without a run do nothing."""
     if folder := _events.get():
         path = os.path.join(folder, f"{os.getpid()}.jsonl")  # noqa: PTH118
         with contextlib.suppress(OSError), open(path, "a", encoding="utf-8") as stream:
@@ -275,22 +274,24 @@ def emit(**event: Any) -> None:
 
 
 def note(text: str) -> None:
-    """Tell the user something about the result (kept with it, so a remembered result says it
-    again)."""
+    """Add a note for the user to the result. It is stored, so a remembered result has it too."""
     running = _node.get()
     if running is not None and text not in running.notes:
         running.notes.append(text)
 
 
 def measure(values: Mapping[str, Any]) -> None:
-    """Record numbers about the result, such as residuals, for the report (kept with it)."""
+    """Record numbers about the result for the report, such as residuals.
+
+    They are stored with it.
+    """
     running = _node.get()
     if running is not None:
         running.measures.update(_json(values))
 
 
 def _json(value: Any) -> Any:
-    """`value` as what JSON holds, numbers with six significant digits."""
+    """Return `value` as JSON can hold it; numbers have six significant digits."""
     if isinstance(value, Mapping):
         return {str(key): _json(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | list | tuple):
@@ -301,7 +302,7 @@ def _json(value: Any) -> Any:
 
 
 def progress() -> Progress:
-    """A `Progress` for the long work of the running node; the run draws it as a bar."""
+    """Return a `Progress` for the long work of the running node, which the run draws as a bar."""
     running = _node.get()
     name, last = (running.name if running else ""), [0.0]
 

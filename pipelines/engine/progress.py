@@ -1,5 +1,4 @@
-"""Bars with time left, drawn from what the nodes tell (`pipelines.engine.memo.emit`), wherever they
-run."""
+"""Show progress bars from the events of nodes (`pipelines.engine.memo.emit`), wherever they run."""
 
 from __future__ import annotations
 
@@ -22,12 +21,12 @@ from pipelines.engine.graph import Graph
 
 @dataclass
 class NodeStats:
-    """What one node did in a run.
+    """Calls, times, memory and notes of one node in a run.
 
     Attributes
     ----------
     calls, cached : int
-        How often its result was asked for, and how often it was remembered.
+        Number of requests of its result, and how many were answered from the store.
     seconds, cpu_seconds : float
         Time computing by the clock, and processor time of all threads; summed over workers.
     span : tuple of 2 float
@@ -35,7 +34,7 @@ class NodeStats:
     peak_memory : int
         Highest resident memory of a process during a call, bytes.
     notes : list of str
-        What it told the user.
+        Its notes for the user.
     measures : dict
         Numbers about its result, such as residuals; of the last call.
     """
@@ -52,7 +51,7 @@ class NodeStats:
 
 @dataclass(frozen=True)
 class Update:
-    """How far a node is.
+    """Progress of one node.
 
     Attributes
     ----------
@@ -73,7 +72,7 @@ Listener = Callable[[Update], None]
 
 
 class Monitor:
-    """Collects the events of a run and passes them on; reads only what is new."""
+    """Collects the events of a run and passes them on; reads only new ones."""
 
     def __init__(self, graph: Graph, folder: Path, listener: Listener | None) -> None:
         self.stats: dict[str, NodeStats] = {}
@@ -84,7 +83,7 @@ class Monitor:
         self._polling = threading.Lock()
 
     def poll(self) -> None:
-        """Take in the events since the last poll; from any thread."""
+        """Read the events since the last poll; may be called from any thread."""
         with self._polling:
             self._poll()
 
@@ -98,7 +97,7 @@ class Monitor:
             for line in whole.splitlines():
                 with contextlib.suppress(
                     ValueError, KeyError, TypeError, AttributeError
-                ):  # no event of ours
+                ):  # not an event of this engine
                     self._take(json.loads(line))
 
     def _take(self, event: Mapping[str, Any]) -> None:
@@ -149,21 +148,25 @@ def watching(monitor: Monitor, interval: float = 0.2) -> Iterator[None]:
 
 
 def about(left: float | None) -> str:
-    """The time left as it is shown, with a comma before it; nothing where it is unknown."""
+    """Return the remaining time as text after a comma; empty if it is unknown."""
     return "" if left is None else f", about {timedelta(seconds=round(left))} left"
 
 
 class Pace:
-    """Time left, foretold from when calls ended; the first ones, in which workers start and build
-    their scenes, don't count."""
+    """Estimates the remaining time from the times at which calls ended.
+
+    The first calls do not count: in them workers start and build their scenes.
+    """
 
     def __init__(self, skip: int = 4) -> None:
         self._skip = skip
         self._from: tuple[int, float] | None = None
 
     def left(self, done: int, total: int, now: float) -> float | None:
-        """Seconds until `total` calls are done when `done` are at time `now`; None while that is
-        unknown."""
+        """Return the seconds until `total` calls are done if `done` are done at time `now`.
+
+        None while that is unknown.
+        """
         if self._from is None:
             if done >= self._skip:
                 self._from = done, now
@@ -173,8 +176,10 @@ class Pace:
 
 
 class Bars:
-    """A tqdm bar a node on standard error, with the time left; plain lines where it is no
-    terminal."""
+    """A tqdm bar per node on standard error with the remaining time.
+
+    Without a terminal it prints plain lines.
+    """
 
     def __init__(self, *, quiet: bool = False) -> None:
         self._bars: dict[str, Any] = {}
@@ -231,14 +236,13 @@ class Bars:
             )
 
     def close(self) -> None:
-        """Leave the bars as they are."""
+        """Close the bars."""
         for bar in self._bars.values():
             bar.close()
 
 
 class Lasting:
-    """One line on standard error for something long whose end is foretold: how much is done and the
-    time left for the whole."""
+    """One line on standard error for long work: the finished share and the remaining time."""
 
     def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
         self._name, self._total, self._quiet = name, total, quiet
@@ -253,7 +257,7 @@ class Lasting:
             print(file=sys.stderr)
 
     def update(self, done: int, seconds: float, more: str = "") -> None:
-        """Say how far it is, at most once a second (without a terminal once in ten)."""
+        """Show the progress at most once per second, or once in ten seconds without a terminal."""
         now = time.monotonic()
         if self._quiet or now - self._said < (1.0 if self._live else 10.0):
             return
@@ -270,7 +274,7 @@ class Lasting:
         )
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Print a line that stays."""
         if not self._quiet:
             print(
                 f"\r{printable(text):<100}" if self._live else printable(text),
@@ -280,8 +284,10 @@ class Lasting:
 
 
 def memory_of_family() -> int:
-    """Resident memory of this process and of all below it, bytes (pages that they share count in
-    each)."""
+    """Return the resident memory of this process and its descendants, bytes.
+
+    Shared pages count in each process.
+    """
     import psutil
 
     total = 0
@@ -294,7 +300,7 @@ def memory_of_family() -> int:
 
 @contextlib.contextmanager
 def peak_family_memory(interval: float = 0.5) -> Iterator[Callable[[], int]]:
-    """Yield a function that tells the highest `memory_of_family` seen since, sampled."""
+    """Yield a function that returns the maximum `memory_of_family` so far, from samples."""
     stop, highest = threading.Event(), [memory_of_family()]
 
     def sample() -> None:

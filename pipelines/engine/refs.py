@@ -1,4 +1,4 @@
-"""Refs: names of stored values by their content, and how a record of a call writes them."""
+"""Refs: names of stored values by their content, and their form in the record of a call."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Ref(Generic[T]):
-    """Names a stored value of type T by the digest of its bytes (40 hex digits).
+    """Name of a stored value of type T: the digest of its bytes (40 hex digits).
 
-    `source` is what messages call a user's file; it takes no part in equality or in keys.
+    `source` is the name of a user's file in messages. It is not part of equality or of keys.
     """
 
     digest: str
@@ -32,15 +32,17 @@ class Ref(Generic[T]):
 
 @dataclass(frozen=True)
 class File:
-    """A file that enters the pipeline by its content; the path takes no part in equality or in
-    keys."""
+    """A file that enters the pipeline by its content.
+
+    Its path is not part of equality or of keys.
+    """
 
     path: str
     digest: str
 
     @classmethod
     def of(cls, path: str | os.PathLike[str], *, limit: int = 1 << 30) -> File:
-        """Digest the file at `path`.
+        """Return the ref of the file at `path`.
 
         Raises
         ------
@@ -57,12 +59,12 @@ class File:
 
 
 def digest_of(data: bytes) -> str:
-    """Forty hex digits of BLAKE2b."""
+    """Return forty hex digits of BLAKE2b."""
     return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
 def refs_in(value: Any) -> Iterator[Ref[Any]]:
-    """Every ref inside lists, tuples and object arrays."""
+    """Yield every ref in lists, tuples and object arrays."""
     if isinstance(value, Ref):
         yield value
     elif isinstance(value, list | tuple):
@@ -74,7 +76,7 @@ def refs_in(value: Any) -> Iterator[Ref[Any]]:
 
 
 def encode(value: Any) -> Any:
-    """Write refs, and lists, tuples and object arrays of them, as JSON; `decode` reads them back.
+    """Write refs, and lists, tuples and object arrays of them, as JSON; `decode` reads them.
 
     Raises
     ------
@@ -99,7 +101,7 @@ def encode(value: Any) -> Any:
 
 
 def decode(value: dict[str, Any]) -> Any:
-    """Refs, and lists, tuples and object arrays of them, out of a record."""
+    """Read refs, and lists, tuples and object arrays of them, from a record."""
     if "ref" in value:
         return Ref(value["ref"])
     if "tuple" in value:

@@ -1,8 +1,7 @@
-"""An object store that workers without a shared folder have in common: S3-compatible, GCS, SSH or
-any other that fsspec knows.
+"""An object store for workers without a shared folder: S3, GCS, SSH or any other of fsspec.
 
-Four operations on whole objects. Every one is tried again while the store or the network fails for
-a moment, and an object appears under its key only when it is complete.
+There are four operations on whole objects. Each is repeated while the store or the network fails
+for a moment. An object appears under its key only when it is complete.
 """
 
 from __future__ import annotations
@@ -25,11 +24,9 @@ FIRST_WAIT = 0.1
 """Seconds before the second attempt; twice as long before each further one."""
 MAX_OBJECT_BYTES = 4 << 30
 _RENAMING = {"file", "local", "memory", "sftp", "ssh"}
-"""Protocols where a file grows under its name while it is written; the others make an object at
-once."""
+"""Protocols in which a file grows under its name while it is written. Others write at once."""
 _OBJECT_STORES = ("s3", "gs", "abfs")
-"""Protocols for which obstore is taken, where it is installed; fsspec's other plug-ins (s3fs,
-gcsfs...) do as well."""
+"""Protocols for which obstore is used if it is installed; otherwise fsspec's plug-ins are used."""
 _EXTRAS = {
     "s3": "objects",
     "gs": "objects",
@@ -42,7 +39,7 @@ _LASTING = (PermissionError, NotADirectoryError, IsADirectoryError)
 
 
 def is_remote(address: str | os.PathLike[str] | None) -> bool:
-    """Whether a store's address is a URL, such as ``s3://bucket/folder``, and not a folder."""
+    """Return whether a store's address is a URL such as ``s3://bucket/folder``, not a folder."""
     return address is not None and "://" in os.fspath(address)
 
 
@@ -79,9 +76,7 @@ class Remote:
             raise MissingDependencyError(
                 f"the store {self.url} needs a plug-in of fsspec: {hint}"
             ) from error
-        except (
-            Exception
-        ) as error:  # each plug-in raises kinds of its own for an address that is none
+        except Exception as error:  # each plug-in raises its own errors for an invalid address
             raise InputError(
                 f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL "
                 "such as s3://bucket/folder"
@@ -89,11 +84,11 @@ class Remote:
         return files, root
 
     def exists(self, key: str) -> bool:
-        """Whether there is an object."""
+        """Return whether an object exists."""
         return self._again(lambda files, root: bool(files.exists(f"{root}/{key}")))
 
     def fetch(self, key: str) -> bytes | None:
-        """An object's bytes, None where there is none."""
+        """Return the bytes of an object, or None if it does not exist."""
 
         def read(files: Any, root: str) -> bytes | None:
             try:
@@ -104,7 +99,7 @@ class Remote:
         return self._again(read)
 
     def put(self, key: str, data: bytes) -> None:
-        """Write an object; it replaces what was there."""
+        """Write an object; it replaces an existing one."""
 
         def write(files: Any, root: str) -> None:
             path = f"{root}/{key}"
@@ -121,7 +116,7 @@ class Remote:
         self._again(write)
 
     def remove(self, key: str) -> None:
-        """Remove an object, if it is there."""
+        """Remove an object if it exists."""
 
         def drop(files: Any, root: str) -> None:
             try:
@@ -132,7 +127,7 @@ class Remote:
         self._again(drop)
 
     def _again(self, work: Callable[[Any, str], T]) -> T:
-        """Do `work`, and again after a failure that may pass.
+        """Do `work`, and repeat it after a failure that may be temporary.
 
         Raises
         ------
@@ -147,7 +142,7 @@ class Remote:
                 raise A2VError(
                     f"the store {self.url} refuses: {shorten(error, 120)}; check the access to it"
                 ) from error
-            except Exception as error:  # plug-ins raise kinds of their own besides OSError
+            except Exception as error:  # plug-ins raise their own errors besides OSError
                 if attempt == ATTEMPTS - 1:
                     raise A2VError(
                         f"the store {self.url} fails ({shorten(error, 120)}); what was finished is "

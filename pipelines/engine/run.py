@@ -1,4 +1,4 @@
-"""Run a graph: the same call for the command line, notebooks and tests."""
+"""Run a graph, in the same way for the command line, notebooks and tests."""
 
 from __future__ import annotations
 
@@ -32,20 +32,22 @@ from pipelines.engine.refs import Ref
 from pipelines.engine.store import LostObjectError, R, Store
 
 ATTEMPTS = 3
-"""Runs are repeated this often when a worker dies or a stored value is lost; what was finished is
-remembered."""
+"""Number of attempts of a run if a worker dies or a stored value is lost.
+
+Finished results are kept.
+"""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave.
+    """The outcome of a run.
 
     Attributes
     ----------
     values : dict
         Ref, or list or object array of refs, of every output that was computed or recalled.
     nodes : dict
-        `NodeStats` of every node that was asked.
+        `NodeStats` of every requested node.
     seconds : float
     peak_memory : int
         Highest resident memory of all processes together, bytes.
@@ -65,7 +67,7 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the nodes told the user."""
+        """Return the notes of the nodes for the user."""
         return tuple(
             dict.fromkeys(printable(text) for stats in self.nodes.values() for text in stats.notes)
         )
@@ -86,22 +88,22 @@ def run(
     early: Early | None = None,
     **params: Any,
 ) -> Outcome:
-    """Compute `target` and only what it needs; what is remembered is not computed again.
+    """Compute `target` and only what it needs; stored results are not computed again.
 
     Parameters
     ----------
     target : name of an output, or several
     graph : the steps
-    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or an executor of your
-    own
+    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or a custom
+    executor
     workers, address : see `open_executor`
-    store : where values are kept; the default folder if None
+    store : store of the values; the default folder if None
     overrides : outputs given from outside, by name; the steps that make them are dropped
     fresh : outputs that are computed even when they are remembered
-    start : output that is computed anew with everything that depends on it
-    progress : called with an `Update` as nodes go on
-    early : outputs that are computed first, in this order, each with what is called with the
-    outcome so far as soon as it is there
+    start : output that is computed again with everything that depends on it
+    progress : called with an `Update` while nodes run
+    early : outputs that are computed first, in this order, each with a function. It is called with
+    the outcome so far when the output is computed
     params : the graph's inputs
 
     Raises
@@ -144,7 +146,7 @@ def run(
                     _again(last),
                     open_executor(executor, workers=workers, address=address) as pool,
                 ):
-                    done = dict[str, Any]()  # what no later leg computes again
+                    done = dict[str, Any]()  # no later part of the run computes these again
                     for name, tell in early.items():
                         leg = needed_for(graph, [name], {**overrides, **done})
                         done |= _map(leg, {**inputs, **done}, pool, store, events, anew)
@@ -172,12 +174,12 @@ def run(
 
 
 Early = Mapping[str, Callable[[Outcome], None]]
-"""Outputs by name, and what is called as soon as they are there."""
+"""Outputs by name, and the functions to call as soon as they are computed."""
 
 
 @contextlib.contextmanager
 def _again(last: bool) -> Iterator[None]:
-    """Pass over a worker that died and a value that was lost, unless it is the `last` attempt."""
+    """Ignore a dead worker or a lost value, unless this is the `last` attempt."""
     try:
         yield
     except LostObjectError:
@@ -187,8 +189,8 @@ def _again(last: bool) -> Iterator[None]:
         if last:
             raise A2VError(
                 f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because "
-                "the memory was used up; what was "
-                "finished is remembered: run again with fewer --workers or a smaller --size"
+                "it ran out of memory; finished results are kept: run again with fewer "
+                "--workers or a smaller --size"
             ) from None
 
 
@@ -214,7 +216,7 @@ def _map(
     }
     said = (
         io.StringIO()
-    )  # where rich is installed, pipefunc prints how to debug before it raises a node's error
+    )  # pipefunc prints debugging advice before a node's error if rich is installed
     with contextlib.redirect_stdout(said):
         results = pipeline.map(
             dict(inputs),
@@ -230,8 +232,7 @@ def _map(
 
 @contextlib.contextmanager
 def _event_folder(store: Store) -> Iterator[Path]:
-    """A new folder for the events of one run; folders that killed runs left a day ago are
-    removed."""
+    """Make a folder for the events of one run; remove day-old folders of killed runs."""
     parent = store.folder / "runs"
     store.prepare()
     try:

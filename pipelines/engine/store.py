@@ -1,14 +1,13 @@
-"""The store: values named by their content, in one folder that every worker sees, or in an object
-store with a folder in front.
+"""The store: values named by their content, in one folder that all workers share.
 
-A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes; what passes
-between nodes is a `Ref`, 40 characters, so keys hash in microseconds and clusters ship no meshes.
-``calls/`` remembers which call gave which refs (`pipelines.engine.memo`). Two runs may share a
+A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes. Nodes pass a
+`Ref` of 40 characters, so keys are computed in microseconds and clusters transfer no meshes.
+``calls/`` records the refs that each call returned (`pipelines.engine.memo`). Two runs may share a
 folder: a file appears under its name only when it is complete, and equal content has an equal name.
 
-Where the store's address is a URL (`pipelines.engine.remote`), each machine has a folder of its own
-in front of it. A value goes to the object store with the record of the call that gave it; it comes
-back where it is missing, and its digest is checked on arrival.
+If the address of the store is a URL (`pipelines.engine.remote`), each machine has its own folder in
+front of the object store. A value is sent to the object store with the record of its call. It is
+fetched if it is missing, and its digest is checked.
 """
 
 from __future__ import annotations
@@ -32,14 +31,13 @@ from pipelines.engine.trust import folders_that_others_reach, is_shared, others_
 R = TypeVar("R", bound=Record)
 
 MAX_CALL_BYTES = 64 << 20
-"""A longer record of a call is none."""
+"""Maximum size of the record of a call, bytes. Longer files are ignored."""
 IN_USE_SECONDS = 600.0
-"""`Store.trim` leaves what was read or written within this time to the runs that may be using
-it."""
+"""`Store.trim` keeps what was used within this time, since a run may need it."""
 
 
 class LostObjectError(A2VError):
-    """A ref's file is missing or damaged; running again recomputes it."""
+    """A ref's file is missing or damaged; another run recomputes it."""
 
 
 def _object_key(ref: Ref[Any]) -> str:
@@ -47,7 +45,7 @@ def _object_key(ref: Ref[Any]) -> str:
 
 
 class Store:
-    """A folder of content-named values, and the object store behind it, if there is one.
+    """A folder of values named by their content, with an object store behind it if there is one.
 
     Parameters
     ----------
@@ -79,23 +77,22 @@ class Store:
         return Store, (self.address, self.private)
 
     def prepare(self) -> None:
-        """Make the folder, for its user alone; of one that is there, check that nobody else can
-        change what it remembers.
+        """Make the folder for its user alone, or check that nobody else can change an existing one.
 
-        Results are believed, so whoever writes here decides what comes out. ``A2V_SHARED_STORE=1``
-        says that they are trusted.
+        Stored results are trusted, so whoever writes here controls results. ``A2V_SHARED_STORE=1``
+        accepts this.
 
         Raises
         ------
         InputError
-            The folder, or one in it, belongs to another user or can be written by others.
+            The folder, or one in it, belongs to another user or others can write to it.
         """
-        with contextlib.suppress(OSError):  # whoever writes first says why it cannot be
+        with contextlib.suppress(OSError):  # the first write reports why it is impossible
             self.folder.mkdir(mode=0o777 if is_shared() else 0o700, parents=True)
         if is_shared() or not hasattr(os, "getuid"):
             return
         for part in folders_that_others_reach(self.folder):
-            with contextlib.suppress(OSError):  # not there yet, or not ours to look at
+            with contextlib.suppress(OSError):  # not there yet, or not readable
                 if others := others_who_write(part):
                     raise InputError(
                         f"the store {part} {others}, and what it remembers is believed; choose "
@@ -105,11 +102,11 @@ class Store:
                     )
 
     def path(self, ref: Ref[Any]) -> Path:
-        """Where `ref` is or would be."""
+        """Return the path of `ref`, whether or not it exists."""
         return self.folder / "objects" / ref.digest[:2] / f"{ref.digest[2:]}.npz"
 
     def put(self, record: R) -> Ref[R]:
-        """Store `record` and name it; a value already there is not written again.
+        """Store `record` and return its ref; an existing value is not written again.
 
         Raises
         ------
@@ -135,7 +132,7 @@ class Store:
             ) from error
 
     def get(self, ref: Ref[R], kind: type[R]) -> R:
-        """Load what `put` stored.
+        """Load a value that `put` stored.
 
         Raises
         ------
@@ -151,8 +148,10 @@ class Store:
             ) from error
 
     def has(self, ref: Ref[Any]) -> bool:
-        """Whether the value is there and whole (one that only the object store has: whether it is
-        there); marks it as used."""
+        """Return whether the value exists and is intact, and mark it as used.
+
+        For a value that only the object store has, only its existence is checked.
+        """
         path = self.path(ref)
         try:
             good = digest_of(path.read_bytes()) == ref.digest
@@ -166,8 +165,9 @@ class Store:
         return self.remote.exists(_object_key(ref))
 
     def local_path(self, ref: Ref[Any]) -> Path:
-        """Where `ref` is on this machine, fetched if it is missing; a damaged object is removed
-        from the object store.
+        """Return the path of `ref` on this machine, after fetching it if necessary.
+
+        A damaged object is removed from the object store.
 
         Raises
         ------
@@ -190,14 +190,14 @@ class Store:
         return path
 
     def share(self, refs: Iterable[Ref[Any]]) -> None:
-        """Send what the object store lacks to it; nothing where there is none."""
+        """Send missing values to the object store, if there is one."""
         if self.remote is None:
             return
         for ref in refs:
             if not self.remote.exists(_object_key(ref)):
                 self.remote.put(_object_key(ref), self.local_path(ref).read_bytes())
 
-    # --- what calls gave
+    # --- results of calls
 
     def _call(self, node: str, key: str) -> Path:
         where = f"{node}@here" if node in self.private else node
@@ -207,8 +207,7 @@ class Store:
         return self._call(node, key).relative_to(self.folder).as_posix()
 
     def recall(self, node: str, key: str) -> tuple[Any, dict[str, Any]] | None:
-        """The remembered (result, facts) of a call, or None where it is unknown or any of its
-        values is gone."""
+        """Return the stored (result, facts) of a call, or None if it or a value is missing."""
         path = self._call(node, key)
         if self.remote is not None and node not in self.private and not path.exists():
             data = self.remote.fetch(self._call_key(node, key))
@@ -230,7 +229,7 @@ class Store:
     def remember(
         self, node: str, key: str, result: Any, facts: dict[str, Any], *, given: Iterable[Ref[Any]]
     ) -> None:
-        """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them).
+        """Record that the call `key` of `node` returned `result`: refs, or lists or arrays of them.
 
         `given` are the refs among its arguments, by which `pipelines.engine.forget` finds what
         depends on a photo.
@@ -250,7 +249,7 @@ class Store:
     # --- housekeeping
 
     def usage(self) -> dict[str, tuple[int, int]]:
-        """Number of files and bytes of ``objects`` and of each node's calls."""
+        """Return the number of files and bytes of ``objects`` and of each node's calls."""
         found: dict[str, tuple[int, int]] = {}
         for name, pattern in [
             ("objects", "objects"),
@@ -265,11 +264,10 @@ class Store:
         return found
 
     def trim(self, limit: int, *, everything: bool = False) -> int:
-        """Remove the values used longest ago until at most `limit` bytes are left; returns the
-        bytes removed.
+        """Remove the least recently used values until at most `limit` bytes are left.
 
-        What was used within `IN_USE_SECONDS` stays unless `everything`. A removed value is
-        recomputed when it is needed.
+        Return the number of removed bytes. What was used within `IN_USE_SECONDS` is kept unless
+        `everything` is given. A removed value is recomputed when it is needed.
         """
         entries = []
         for entry in (self.folder / "objects").rglob("*"):
@@ -290,7 +288,7 @@ class Store:
 
 
 def default_folder() -> Path:
-    """``$A2V_CACHE``, else ``a2v`` in the user's cache folder."""
+    """Return ``$A2V_CACHE``, else ``a2v`` in the user's cache folder."""
     if given := os.environ.get("A2V_CACHE"):
         return Path(given)
     folder = user_cache_folder()
@@ -303,7 +301,7 @@ def default_folder() -> Path:
 
 
 def _check_facts(facts: dict[str, Any]) -> None:
-    """Raise TypeError unless these are a call's facts: numbers, notes as text, measures by name."""
+    """Raise TypeError unless these are facts of a call: numbers, notes, and measures by name."""
     notes, measures = facts.get("notes") or [], facts.get("measures") or {}
     numbers = [facts.get(name, 0.0) for name in ("seconds", "cpu", "peak", "start")]
     if (
@@ -315,21 +313,19 @@ def _check_facts(facts: dict[str, Any]) -> None:
         raise TypeError("no facts of a call")
 
 
-# --- the store of the running node: set around every call, so nodes say `get(ref, Kind)` and
-# `put(value)`
+# --- The store of the running node. It is set around every call, so nodes call `get` and `put`.
 
 _current: contextvars.ContextVar[Store | None] = contextvars.ContextVar("store", default=None)
 
 
 def current() -> Store:
-    """The store in use: that of the running node, else the default one."""
+    """Return the store of the running node, else the default one."""
     return _current.get() or Store()
 
 
 @contextlib.contextmanager
 def using(place: Store | str | os.PathLike[str] | None) -> Iterator[Store]:
-    """Make a store, by itself or its address, the current one inside the block (None: the default
-    folder)."""
+    """Use a store, given itself or by its address (None: the default folder), inside the block."""
     store = place if isinstance(place, Store) else Store(place)
     token = _current.set(store)
     try:

@@ -1,4 +1,4 @@
-"""Whom a store trusts: whoever can write it decides what comes out."""
+"""Check who can write to a store, since its contents are trusted."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from a2v.system import is_own_group, user_number
 
 
 def others_who_write(folder: Path) -> str:
-    """Who besides this user and root may change the files of `folder`, as the end of a sentence;
-    empty where nobody may."""
+    """Return who besides this user and root may change the files of `folder`.
+
+    It is the end of a sentence; empty if nobody may.
+    """
     facts, user = folder.stat(), user_number()
     if user is None:  # Windows has neither these numbers nor these rights
         return ""
@@ -27,8 +29,10 @@ def others_who_write(folder: Path) -> str:
 
 
 def folders_that_others_reach(store: Path) -> Iterator[Path]:
-    """A store's folder and its parts; the folders inside those too where others may enter the
-    store."""
+    """Yield the folder of a store and its parts.
+
+    The folders inside of those follow if others may enter the store.
+    """
     yield store
     for part in (store / "objects", store / "calls"):
         yield part
@@ -42,6 +46,5 @@ def folders_that_others_reach(store: Path) -> Iterator[Path]:
 
 
 def is_shared() -> bool:
-    """Whether the user says that whoever can write the store is trusted
-    (``A2V_SHARED_STORE=1``)."""
+    """Return whether the user trusts everyone who can write the store (``A2V_SHARED_STORE=1``)."""
     return os.environ.get("A2V_SHARED_STORE") == "1"

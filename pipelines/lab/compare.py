@@ -58,12 +58,13 @@ to rank the videos; a2v survey --analyze reads the answers."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest)
-    out: str = option("the .html to write")
+    out: str = option("file to write, .html")
     methods: str = option(
-        f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror"
+        f"some of {', '.join(METHODS)}, separated by commas",
+        default=f"{DEFAULT_BACKEND},warp,mirror",
     )
     shown: int = option("number of frames of each view that are shown as pictures", default=5)
     liquid_generator: str | None = option(
@@ -75,7 +76,7 @@ class Options:
         metavar="FILE",
     )
     survey: str | None = option(
-        "a user study of the same videos, .html", default=None, metavar="FILE"
+        "also write a user study of the same videos, .html", default=None, metavar="FILE"
     )
     motion: MotionRequest = group(MotionRequest)
     film: FilmRequest = group(FilmRequest)
@@ -149,8 +150,7 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
 
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
-    """Return the backend's surface with the photo's colors, mirrored on the back, as a
-    replacement."""
+    """Return the backend's surface with the photo's colors, mirrored on the back."""
     from a2v.reconstruction.colorings import color_mirrored
 
     outcome = options.running.run(

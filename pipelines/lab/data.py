@@ -22,13 +22,13 @@ EXAMPLES = """examples:
 
 @dataclass(frozen=True, kw_only=True)
 class Options(DataOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     dataset: str = option(NAMES, names=("dataset",), choices=DATASETS)
 
 
 def run(options: Options) -> Answer:
-    """Load and check every clip, and summarize."""
+    """Load and check every clip, and print a summary."""
     found = options.open()
     lengths = np.array([len(joints) for joints in found.joints])
     counts = {action: lengths[found.labels == label] for label, action in enumerate(found.actions)}

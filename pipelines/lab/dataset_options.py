@@ -18,7 +18,7 @@ NAMES = (
 
 @dataclass(frozen=True, kw_only=True)
 class DataOptions:
-    """A data set and its place."""
+    """A data set and its path."""
 
     dataset: str = option(NAMES, choices=DATASETS, metavar="NAME")
     data: str = option("folder or archive that holds it")
@@ -39,8 +39,9 @@ class DataOptions:
 def open_dataset(
     name: str, data: str, bvh: BVHFolderSettings, *, full: str | None = None
 ) -> ActionDataset:
-    """Load the data set called `name`, with a bar while BVH files are read; `full`: a folder of
-    CMU's whole data base.
+    """Load the data set called `name`, with a bar while BVH files are read.
+
+    `full` is a folder of CMU's whole data base.
 
     Raises
     ------

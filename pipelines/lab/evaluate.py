@@ -53,17 +53,18 @@ EXAMPLES = """examples:
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model cmu-fine --out table.md      fine actions as the papers' eight
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held-out P03,P10 --out table.md
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
-  a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
+  a2v evaluate reconstruction --help                        reconstruction from photos, with its own protocol and options
 
-Each table is made twice: with actions as frequent as in the data, and with actions drawn
-uniformly, which is the protocol of the papers' figures (--alike false: only the first). Do not
-compare rows of the two. Writes the tables as Markdown and, beside them, every repeat's values
+Each table is made twice: once with actions as frequent as in the data, and once with equally
+frequent actions, which is the protocol of the papers (--alike false makes only the first). Do not
+compare rows of the two tables. Writes the tables as Markdown and, beside them, every repeat's values
 with protocol, seeds and data hashes as JSON. With --state zeros the classifier is deterministic.
-Rows that --out already has of the same models, data, classifier and protocol are kept, so a
-killed run can resume and models can be added. --evaluator is the trained action classifier; by
-default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is trained
-first (with the settings --classifier) if it does not exist. --held-out adds a table against the
-clips of these people alone (auto: those that `a2v train --held-out auto` leaves out)."""
+Rows that --out already has for the same models, data, classifier and protocol are kept, so an
+interrupted run can resume and models can be added. --evaluator is a trained action classifier; by
+default that of the papers' authors in DATA/evaluators, else classifier.pt in the folder of OUT. If
+that does not exist, it is trained first, with the settings --classifier. --held-out adds a table
+that compares with the clips of these subjects only (auto: the subjects that
+`a2v train --held-out auto` leaves out)."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
@@ -76,32 +77,33 @@ EVALUATORS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Options(DataOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     model: tuple[str, ...] = option(f"{MODELS}; may be repeated", default=(), many="repeated")
     evaluator: str | None = option(
         "file of a trained action classifier", default=None, metavar="FILE"
     )
     actions: str = option(
-        "further tables of single actions: names with commas (500 clips)", default=""
+        "actions that get tables of their own (500 clips each), separated by commas", default=""
     )
     each_action: int = option(
-        "clips of every action for a table of how each is recognized and how much it "
-        "repeats its clips",
+        "number of clips per action for a table of the recognition of each action and of how "
+        "closely its clips repeat the recorded ones",
         default=0,
     )
     stand: int = option(
-        "clips per action, made as by a2v motion, for a table of foot contact, liveliness "
-        "and variety between seeds",
+        "number of clips per action, made as by a2v motion, for a table of foot contact, "
+        "liveliness and variety between seeds",
         default=0,
     )
     held_out: str = option(
-        "a further table against these subjects alone: names with commas, or auto", default="none"
+        "also compare with the clips of these subjects only: names separated by commas, or auto",
+        default="none",
     )
-    out: str = option("the .md to write; the .json lies beside it")
+    out: str = option("file to write, .md; the .json is written beside it")
     alike: bool = option(
-        "a second table with actions drawn alike, as the papers' figures were made; "
-        "its numbers go to .alike.json",
+        "also write a table with equally frequent actions, as in the papers; "
+        "its numbers are in .alike.json",
         default=True,
     )
     protocol: EvaluationSettings = group(EvaluationSettings)
@@ -109,8 +111,9 @@ class Options(DataOptions):
 
 
 def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
-    """Return the classifier: the given file, else the authors' under the data folder, else our own
-    beside the tables.
+    """Return the classifier: the given file, else the authors', else that of the output folder.
+
+    The last one is trained if it does not exist.
 
     Raises
     ------
@@ -140,7 +143,7 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the models and write the tables."""
     out, protocol = table_path(options.out), options.protocol
     dataset = options.open()
     training, unseen = hold_out(dataset, options.held_out)
@@ -195,7 +198,10 @@ _NOTHING = _Part([], {})
 
 
 def _single_actions(options: Options, table: Table, content: Mapping[str, object]) -> _Part:
-    """Single actions, the journal paper's Table 4; `content` are the numbers of the page so far."""
+    """Measure single actions, as Table 4 of the journal paper.
+
+    `content` has the numbers of the page so far.
+    """
     if not options.actions:
         return _NOTHING
     alone = replace(options.protocol, clips=min(500, options.protocol.clips), physics_clips=0)
@@ -214,8 +220,7 @@ def _single_actions(options: Options, table: Table, content: Mapping[str, object
 
 
 def _each_action(options: Options, table: Table) -> _Part:
-    """Measure how each action of each model is recognized, and how closely it repeats its training
-    clips."""
+    """Measure how well each action is recognized, and how closely clips repeat the training."""
     if not options.each_action:
         return _NOTHING
     text, measured = [], {}
@@ -238,7 +243,7 @@ def _each_action(options: Options, table: Table) -> _Part:
 
 
 def _stands(options: Options, dataset: ActionDataset) -> _Part:
-    """Measure how feet stand in the clips of each exported model."""
+    """Measure the foot contact in clips of each exported model."""
     if not options.stand:
         return _NOTHING
     text, rows_of = [], _standing(options, dataset)
@@ -258,7 +263,7 @@ def _against_unseen(
     opened: Mapping[str, Evaluated],
     protocol: EvaluationSettings,
 ) -> _Part:
-    """Make the table against the clips of the held-out people alone."""
+    """Make the table against the clips of the held-out people only."""
     if unseen is None:
         return _NOTHING
     models = {name: model.generate for name, model in opened.items()}
@@ -282,7 +287,7 @@ def _against_unseen(
 
 
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
-    """Measure the clips of exported models of the data set's own actions, by the models' names."""
+    """Measure clips of exported models for the data set's own actions, by the models' names."""
     found = {}
     for name in options.model:
         if (
@@ -304,8 +309,7 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
 
 
 def _alike(table: Table) -> list[str]:
-    """Make the table with actions drawn uniformly, with recordings drawn uniformly and the papers'
-    own figures."""
+    """Make the table with equally frequent actions: models, recordings and the papers' figures."""
     scores = table.measure()
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)

@@ -1,4 +1,4 @@
-"""``a2v evaluate clips``: tracking one person through a video, beside the ground truth."""
+"""``a2v evaluate clips``: measure how one person is tracked through a video."""
 
 from __future__ import annotations
 
@@ -31,34 +31,34 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import flag, option, settings
 
 HELP = (
-    "Measure how one person is tracked through a video: studio films of people and "
-    "motions that are not in any training."
+    "Measure how well one person is tracked through a video, on rendered films of people and "
+    "motions that were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate clips --data ../shared/data --out clips.md
   a2v evaluate clips --data ../shared/data --films 6 --out clips.md               the first six films of the panel
   a2v evaluate clips --data ../shared/data --only 00-strike,03-jump --out clips.md
 
-Films of 640 x 480 pixels at 30 frames per second are rendered from recorded motions, with a
-camera that stands, turns or is hand-held, and kept in a folder named like OUT. OUT gets tables by
-kind of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films
-above the result."""
+The films have 640 x 480 pixels and 30 frames per second. They are rendered from recorded motions,
+with a camera that is still, turns or is hand-held, and are kept in a folder named like OUT. OUT
+gets tables by kind of motion and by camera. The .json beside it has the values of every film; the
+.jpg has frames of the films with the result below."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, cmu_bvh.zip and cmu_mocap.zip")
-    films: int = option("number of films of the panel, the first ones", default=len(SHOTS))
-    only: str = option("films by their names, with commas; instead of --films", default="")
-    out: str = option("the .md to write; .json and .jpg lie beside it")
+    films: int = option("number of films: the first ones of the panel", default=len(SHOTS))
+    only: str = option("names of single films, separated by commas; instead of --films", default="")
+    out: str = option("file to write, .md; the .json and the .jpg are written beside it")
     follow: FollowSettings = settings(FollowSettings)
-    quiet: bool = flag("no progress bar")
+    quiet: bool = flag("show no progress bar")
 
     @property
     def shots(self) -> tuple[Shot, ...]:
-        """The films.
+        """Return the films.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the films and write the tables."""
     out = table_path(options.out)
     shots = options.shots
     folder = check_writable(out.with_suffix(""))
@@ -117,7 +117,7 @@ def run(options: Options) -> Answer:
 
 
 def _measured(shot: Shot, options: Options, folder: Path) -> FilmScore:
-    """The score of a film; what is kept of the same film and settings is not measured again."""
+    """Return the score of a film; a stored score of the same film and settings is used again."""
     film, path = shoot_panel(shot, options.data, folder)
     key, kept = (
         sha256(json.dumps([sha256(path), dataclasses.asdict(options.follow)]).encode())[:16],
@@ -135,7 +135,7 @@ def _measured(shot: Shot, options: Options, folder: Path) -> FilmScore:
 
 
 def _draw(path: Path, followed: Followed, target: Path) -> None:
-    """Six frames of a film above what was found of them."""
+    """Draw six frames of a film above the result."""
     with open_reel(path) as reel:
         frames = [shown.image for shown in reel.frames(side=480)]
     picture = film_sheet(

@@ -1,5 +1,4 @@
-"""``a2v evaluate moved``: characters from ordinary photographs, put into other poses beside the
-true people in the same poses."""
+"""``a2v evaluate moved``: compare characters from photos with the true people in other poses."""
 
 from __future__ import annotations
 
@@ -35,8 +34,8 @@ from pipelines.options import group, option
 from pipelines.requests.person import PersonStages
 
 HELP = (
-    "Measure characters in motion: made from ordinary photographs of people that are not "
-    "in any training, put into a T-pose and into motion."
+    "Measure characters in a T-pose and in motion. They are made from photos of people that "
+    "were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --out moved.md
@@ -44,41 +43,43 @@ EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --only 40001,40003 --out moved.md           these two
   a2v evaluate moved --data ../shared/data --panel final --out docs/results/moved.md   other people, when the work is done
 
-Each person stands, walks, sits or squats as people do in photographs, with hands on the body and
-feet together. The pipeline makes a character from the photo. Its skin is put into the T-pose and
-into six frames of motion of the true person's skeleton, beside the true person in the same poses:
-each joint turns like the true one, and the lengths of bones are the character's. OUT gets a
-table, OUT's .json every photo's values, OUT's .jpg the pictures: photo, T-pose from three sides,
-frames, with the ground truth below. Finished photos are kept in a folder named like OUT, so a
-stopped run can resume. Another way to make the character adds its rows to the same table."""
+The people stand, walk, sit or squat as in everyday photographs, also with hands on the body and
+feet together. The pipeline makes a character from each photo. The character is put into the
+T-pose and into six frames of a motion, and compared with the true person in the same poses: it
+gets the true joint rotations and keeps its own bone lengths. OUT gets a table. The .json beside it
+has the values of every photo; the .jpg has the pictures: photo, T-pose from three sides and
+frames, with the ground truth below. Finished photos are kept in a folder named like OUT, so an
+interrupted run can resume. Another method of making the character adds its rows to the same table."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, motions/ and MakeHuman's archive")
-    panel: str = option("which photos", default="development", choices=tuple(MOVED_PANELS))
-    photos: int = option("number of photos, the first ones", default=20)
-    only: str = option("photos by their numbers, with commas; instead of --photos", default="")
+    panel: str = option("panel of photos", default="development", choices=tuple(MOVED_PANELS))
+    photos: int = option("number of photos: the first ones of the panel", default=20)
+    only: str = option(
+        "numbers of single photos, separated by commas; instead of --photos", default=""
+    )
     label: str = option(
-        "what the table calls this way to make characters; the character's own name by default",
+        "name of this method in the table (default: the name of the character)",
         default="",
     )
-    sheet: int = option("photos on the picture sheet, 0 for none", default=20)
-    out: str = option("the .md to write; .json and .jpg lie beside it")
+    sheet: int = option("number of photos on the picture sheet; 0: no sheet", default=20)
+    out: str = option("file to write, .md; the .json and the .jpg are written beside it")
     protocol: MovedSettings = group(MovedSettings)
     stages: PersonStages = group(PersonStages)
     running: RunOptions = group(RunOptions)
 
     @property
     def method(self) -> str:
-        """What the table calls the character."""
+        """The name of the character in the table."""
         return self.label or str(getattr(self.stages, "character", "fused"))
 
     @property
     def pins(self) -> tuple[Pin, ...]:
-        """The photos.
+        """Return the photos.
 
         Raises
         ------
@@ -99,7 +100,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the photos and write the table."""
     out = table_path(options.out)
     folder = check_writable(out.with_suffix(""))
     outcomes = []
@@ -141,8 +142,7 @@ def _key(folder: Path, outcome: MovedOutcome, suffix: str) -> Path:
 
 
 def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
-    """What came of a photo; what is kept of the same character and protocol is not measured
-    again."""
+    """Return the outcome of a photo; a stored outcome of the same character is used again."""
     store = Store(options.running.cache)
     case = open_moved_case(pin, options.data, folder.parent / "cases")
     photo = _as_file(case, folder)
@@ -179,7 +179,7 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
 
 
 def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
-    """Write an outcome down; one without a key is tried again the next time."""
+    """Store an outcome; one without a key is computed again the next time."""
     with atomic_path(_key(folder, outcome, ".json")) as temporary:
         temporary.write_text(
             json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8"
@@ -188,7 +188,7 @@ def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
 
 
 def _as_file(case: MovedCase, folder: Path) -> Path:
-    """The photo as a file, as a user would give it."""
+    """Return the path of the photo as a file, as a user would give it."""
     path = folder.parent / "cases" / f"{case.index:06d}.png"
     if not path.exists():
         stream = io.BytesIO()
@@ -199,7 +199,7 @@ def _as_file(case: MovedCase, folder: Path) -> Path:
 
 
 def _known(folder: Path, options: Options, indices: set[int]) -> list[MovedOutcome]:
-    """Every kept outcome of these photos, of whatever character, by photo."""
+    """Return every stored outcome of these photos for any character, by photo."""
     found = [
         MovedOutcome(**json.loads(path.read_text(encoding="utf-8"))["outcome"])
         for path in sorted(folder.glob("*.json"))

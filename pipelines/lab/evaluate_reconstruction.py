@@ -1,5 +1,4 @@
-"""``a2v evaluate reconstruction``: measure reconstructions of people from photos against the
-truth."""
+"""``a2v evaluate reconstruction``: compare reconstructions from photos with ground truth."""
 
 from __future__ import annotations
 
@@ -39,8 +38,8 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 
 HELP = (
-    "Measure the reconstruction on synthetic photos of people that are not in any "
-    "training: shape, silhouette, colors, time, memory."
+    "Measure the reconstruction (shape, silhouette, colors, time, memory) on synthetic photos of "
+    "people that were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
@@ -49,32 +48,37 @@ EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel phone --methods character,character+180,character+90 --out two.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
-A method is a backend; or BACKEND:COLORING for an ablation: mirrored (unseen points have the
-photo's color at their pixel) or network (the backend's own colors alone); or character, the
-canonical one; or character+180, that of two photos, in the second of which the person has turned
-by 180 degrees and stands in another pose. The photos of a --panel are pinned: studio (20 of the
-studio's own kind), development (people in action, to try changes on), report (other people in
-action, for final figures), final (40 new photos of people that are not in any training, half in
-action: to be measured once) and phone (14 by near cameras, like those of telephones). --studio is
-a folder of a2v studio (its poses and guides are used; it is made if it is new). Writes tables as
-Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a
-row for the ground truth and one for each method (photo or mask; front, left, back, right; front,
-left, back as clay). Finished photos are kept in a folder named like OUT, so a stopped run can
+A method is one of these:
+  BACKEND              a reconstruction backend
+  BACKEND:mirrored     with unseen points in the photo's color at their pixel, for an ablation
+  BACKEND:network      with the colors of the backend only, for an ablation
+  character            the canonical character
+  character+180        the character of two photos; in the second one the person is turned by 180
+                       degrees and has another pose
+
+The photos of each --panel are fixed: studio (20 like those of a2v studio), development (people in
+action, for trying changes), report (other people in action, for final figures), final (40 photos
+of people that were not used in any training, half of them in action, to be measured once) and
+phone (14 with near cameras, like those of phones). --studio is a folder of a2v studio, whose poses
+and guides are used; it is made if it does not exist. Writes tables as Markdown and, beside them,
+the values of every photo as JSON and a picture sheet as JPEG. The sheet has for each photo one row
+for the ground truth and one for each method: photo or mask; front, left, back, right; and front,
+left, back as clay. Finished photos are kept in a folder named like OUT, so an interrupted run can
 resume."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/ and the motion data")
     studio: str = option("folder of a2v studio")
     methods: str = option(
-        "BACKEND or BACKEND:COLORING, with commas",
+        "methods, separated by commas: BACKEND or BACKEND:COLORING",
         default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
     )
     weights: str = option(
-        "folder of your own reconstruction weights (a2v train reconstruction) for pifu",
+        "folder of custom reconstruction weights (a2v train reconstruction) for pifu",
         default="",
     )
     sheet: int = option("photos on the picture sheet, 0 for none", default=8)
@@ -84,11 +88,13 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the methods and write the tables."""
     out, protocol = table_path(options.out), options.protocol
     methods = [Method.parse(name.strip(), options.weights) for name in options.methods.split(",")]
     for method in methods:
-        backend_digest(method.backend, method.weights)  # missing weights are reported now
+        backend_digest(
+            method.backend, method.weights
+        )  # Missing weights are reported now, not after a long computation.
     studio = open_studio(options.studio, options.data, protocol.panel)
     measured = Measured(out.with_suffix(""), studio, protocol)
     outcomes = _measure(measured, studio, protocol, methods)
@@ -141,7 +147,7 @@ def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
 def _measure(
     measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]
 ) -> list[Outcome]:
-    """What came of every photo; those that `measured` has are not done again."""
+    """Return the outcome of every photo; outcomes in `measured` are used again."""
     outcomes: list[Outcome] = []
     views = PANELS[protocol.panel][: protocol.views]
     with bar("photos", "photo") as progress:

@@ -22,7 +22,7 @@ MODELS = (
     f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first "
     "pose, then zeros)"
 )
-"""Help of the option that names them."""
+"""Help of the option that names the models."""
 
 FINER = {"cmu": "cmu-fine"}
 """Data sets whose models of fine actions can be measured under the coarse names."""
@@ -30,8 +30,10 @@ FINER = {"cmu": "cmu-fine"}
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A model to measure: its sampler, the SHA-256 of its file, and the digest of its training
-    data, if known."""
+    """A model to measure: its sampler, and the digests of its file and of its training data.
+
+    The file's digest is SHA-256; that of the training data may be unknown.
+    """
 
     generate: Generate
     digest: str
@@ -39,8 +41,9 @@ class Evaluated:
 
 
 def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
-    """Open models, by their names in the tables. `data` holds the clips of `dataset`, for models of
-    fine actions.
+    """Open models, by their names in the tables.
+
+    `data` holds the clips of `dataset`, for models of fine actions.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Rows of the tables of ``a2v evaluate``, written one by one and kept."""
+"""Rows of the tables of ``a2v evaluate``: each is written as soon as it is measured."""
 
 from __future__ import annotations
 
@@ -80,8 +80,7 @@ class Table:
     def measure_actions(
         self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
     ) -> dict[str, list[Scores]]:
-        """Measure the rows of single actions; each is written beside `content` as soon as it is
-        measured."""
+        """Measure the rows of single actions; write each beside `content` when it is measured."""
         single = {action: list(rows.values()) for action, rows in self._known_actions.items()}
 
         def keep(action: str, row: Scores) -> None:
@@ -117,8 +116,10 @@ def actions_content(
 def _known_rows(
     path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
-    """Return the rows of an earlier table at `path` that are still valid: by name, and those of
-    single actions by action and name."""
+    """Return the valid rows of an earlier table at `path`, by name.
+
+    The second mapping has those of single actions, by action and name.
+    """
     try:
         old = json.loads(path.read_text(encoding="utf-8"))
         if any(

@@ -28,13 +28,13 @@ minutes). Existing views are kept."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/ and the motion data")
     out: str = option("folder of the data set")
-    training: int = option("views of the training split, in all", default=1000)
+    training: int = option("total number of views of the training split", default=1000)
     validation: int = option(
-        "views of people and outfits that training never shows, in all", default=60
+        "total number of views of people and outfits that are not in the training split", default=60
     )
     workers: int = option("processes, each on one core", default=1)
     studio: StudioSettings = group(StudioSettings)

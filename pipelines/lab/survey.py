@@ -44,7 +44,7 @@ writes the table, with the numbers as JSON beside it."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     model: tuple[str, ...] = option(
         f"{MODEL}, or the baseline.pt of a2v train baseline; may be repeated",
@@ -59,9 +59,13 @@ class Options:
     )
     dataset: str | None = option("data set of the real motions (a2v data)", default=None)
     data: str | None = option("folder or archive that holds it", default=None)
-    action: str | None = option("actions to ask about, with commas; all by default", default=None)
+    action: str | None = option(
+        "actions of the questions, separated by commas (default: all)", default=None
+    )
     frames: int = option("frames per clip", default=60)
-    analyze: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
+    analyze: tuple[str, ...] = option(
+        "files of answers to analyze", default=(), many="listed", metavar="FILE"
+    )
     key: str | None = option(
         "the key that was written beside the page", default=None, metavar="FILE"
     )
@@ -100,8 +104,10 @@ def run(options: Options) -> Answer:
 
 
 def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motion]]]:
-    """Return clips by source and action. Clips of an action are equally long, since the length
-    would reveal the source."""
+    """Return clips by source and action.
+
+    Clips of an action have equal lengths, since the length would reveal the source.
+    """
     if not 2 <= options.frames <= 1000:
         raise InputError(f"frames is {options.frames}; expected 2 to 1000")
     models: dict[str, MotionModel | Path] = {}
@@ -182,7 +188,7 @@ def _of_baseline(
 ) -> list[Motion]:
     """Return clips of a trained baseline, with first poses from the data set."""
     if options.dataset is None or options.data is None:
-        raise InputError(f"give --dataset and --data, which {path} learned from")
+        raise InputError(f"{path} needs its training data; give --dataset and --data")
     dataset = load_dataset(options.dataset, options.data)
     trained = open_baseline(str(path), dataset)
     known = {plain_name(name): name for name in dataset.actions}
@@ -201,8 +207,10 @@ def _of_baseline(
 def _real_clips(
     name: str, options: Options, questions: int
 ) -> tuple[dict[str, list[Motion]], dict[str, int]]:
-    """Return random real clips of the data set `name` by action, cut to the action's median length
-    or --frames, and that length by action."""
+    """Return random real clips of the data set `name` by action, and their length by action.
+
+    They are cut to the median length of the action or to --frames.
+    """
     if options.data is None:
         raise InputError("give --data: the folder or archive of --dataset")
     dataset = load_dataset(name, options.data)

@@ -1,4 +1,4 @@
-"""Output of the measuring commands: a table as Markdown and, beside it, the numbers as JSON."""
+"""Write the output of the measuring commands: a table as Markdown and the numbers as JSON."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ def table_path(out: str) -> Path:
 
 
 def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object]) -> str:
-    """Write `parts`, separated by empty lines, to `path` and `content` beside it; return the
-    text."""
+    """Write `parts`, separated by empty lines, to `path`, and `content` beside it.
+
+    Return the text.
+    """
     joined = "\n\n".join(parts) + "\n"
     with atomic_path(path) as temporary:
         temporary.write_text(joined, encoding="utf-8")

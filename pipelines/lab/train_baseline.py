@@ -30,13 +30,13 @@ OUT gets {FILE} (every few minutes) and log.csv. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options(WatchedOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     training: BaselineSettings = group(BaselineSettings)
 
 
 def run(options: Options) -> Answer:
-    """Train."""
+    """Train the baseline."""
     dataset, _ = hold_out(options.open(), options.held_out)
     chosen, evaluator = options.training, options.watch(dataset)
     shown = ("loss", "discriminator", "generator")

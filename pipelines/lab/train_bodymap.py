@@ -1,5 +1,4 @@
-"""``a2v train bodymap``: the network that predicts the place on the body and the depth of each
-pixel of a person."""
+"""``a2v train bodymap``: the network of the place on the body and the depth of each pixel."""
 
 from __future__ import annotations
 
@@ -32,21 +31,22 @@ at the end, bodymap.onnx. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, MakeHuman's archive and the motion data")
     out: str = option("folder of the run")
-    views: int = option("training views, in all", default=25_600)
+    views: int = option("total number of training views", default=25_600)
     validation: int = option(
-        "views of people, clothes and clips that training never shows, in all", default=192
+        "total number of views of people, clothes and clips that are not in the training views",
+        default=192,
     )
     workers: int = option("processes that make views, each on one core", default=1)
     license: str = option(
         "license of the weights, kept in the exported file", default="see the data set's license"
     )
     blend: float = option(
-        "share of the trained weights in the exported file; the rest are those of "
-        "the file of bodymap.initial",
+        "weight of the trained network in the exported file, which is mixed with the "
+        "network of bodymap.initial",
         default=1.0,
     )
     studio: QuickSettings = settings(QuickSettings)

@@ -24,13 +24,13 @@ learned from; without it about a fifth of the clips (auto). {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options(LearningOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     classifier: ClassifierSettings = settings(ClassifierSettings)
 
 
 def run(options: Options) -> Answer:
-    """Train."""
+    """Train the classifier."""
     training, unseen = hold_out(options.open(), options.held_out or "auto")
     path = Path(options.out) / FILE
     evaluator = run_classifier(training, unseen, path.parent, options.classifier)
@@ -41,8 +41,10 @@ def run(options: Options) -> Answer:
 def run_classifier(
     training: ActionDataset, unseen: ActionDataset | None, out: Path, chosen: ClassifierSettings
 ) -> Evaluator:
-    """Train a classifier with a bar; print its accuracy on the clips of `unseen`, if any, on
-    standard error."""
+    """Train a classifier with a progress bar.
+
+    Its accuracy on the clips of `unseen`, if any, is printed on standard error.
+    """
     with training_bar(f"{training.name} classifier", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:

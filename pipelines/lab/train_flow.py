@@ -25,10 +25,10 @@ the clips); without it models learn from all. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options(MotionModelOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     guidance: float = option(
-        "guidance of the exported flow towards the action; 1: none", default=GUIDANCE
+        "strength of the exported flow's guidance towards the action; 1: none", default=GUIDANCE
     )
     guided_until: float = option(
         "time of the exported flow, from 0 to 1, after which it is not guided", default=1.0

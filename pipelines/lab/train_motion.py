@@ -26,7 +26,7 @@ fifth of the clips); without it models learn from all. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options(WatchedOptions, MotionModelOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     training: TrainSettings = group(TrainSettings)
     vae: VAESettings = settings(VAESettings)

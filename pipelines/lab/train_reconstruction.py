@@ -1,5 +1,4 @@
-"""``a2v train reconstruction``: the pixel-aligned networks that reconstruct a person from a
-photo."""
+"""``a2v train reconstruction``: the pixel-aligned networks of the reconstruction."""
 
 from __future__ import annotations
 
@@ -25,7 +24,7 @@ OUT. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder that a2v studio wrote")
     out: str = option("folder of the run")

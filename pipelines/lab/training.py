@@ -16,7 +16,7 @@ Show = Callable[[Mapping[str, float], Mapping[str, float]], None]
 """Called with a row of the log and those of its numbers that are shown."""
 
 RESUMES = (
-    "The same command resumes a run that was stopped. CUDA is used where there is one "
+    "The same command resumes a run that was stopped. CUDA is used if it is available "
     "(--device cpu to stay on the CPU)."
 )
 
@@ -26,14 +26,15 @@ class LearningOptions(DataOptions):
     """Training data, and the folder of the run."""
 
     held_out: str = option(
-        "subjects that are left out of the training: names with commas, auto or none", default=""
+        "subjects that are left out of the training: names separated by commas, auto or none",
+        default="",
     )
     out: str = option("folder of the run")
 
 
 @dataclass(frozen=True, kw_only=True)
 class WatchedOptions(LearningOptions):
-    """These and the classifier that measures the model during training."""
+    """Run options and the classifier that measures the model during training."""
 
     evaluator: str | None = option(
         "action classifier for a running FID and accuracy (monitoring only)",
@@ -58,7 +59,7 @@ class WatchedOptions(LearningOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionModelOptions(LearningOptions):
-    """These and the properties of the exported motion model."""
+    """Run options and the properties of the exported motion model."""
 
     license: str = option(
         "license of the weights, kept in the exported file", default="see the data set's license"

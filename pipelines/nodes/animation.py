@@ -1,4 +1,4 @@
-"""From a surface, a body and a motion to a character that moves."""
+"""Nodes from a surface, a body and a motion to a moving character."""
 
 from __future__ import annotations
 
@@ -44,8 +44,11 @@ def poses(
     edit: Edit,
     blink: BlinkSettings,
 ) -> Ref[Poses]:
-    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink
-    unless a video showed the face. What goes on the spot travels until here."""
+    """Retarget the motion to the body's bones.
+
+    Feet neither slide nor sink, and the eyes blink unless a video showed the face. Travel is kept
+    here, also for a motion in place.
+    """
     from a2v import animation
     from a2v.motion.on_rig import retarget_edited
 
@@ -75,8 +78,10 @@ def props(
     edit: Edit,
     footing: FootingSettings,
 ) -> Ref[Props]:
-    """Steps, ladders and bars under whoever climbs; nothing where the motion does not, goes on the
-    spot or is a cycle."""
+    """Return steps, ladders and bars for a climbing person.
+
+    There are none if the motion does not climb, is in place or is a cycle.
+    """
     from a2v.animation.footing import find_props
     from a2v.animation.retarget import has_steps
 
@@ -94,7 +99,7 @@ def props(
 
 @memo()
 def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
-    """The frames of the motion, one by one."""
+    """Return the frames of the motion, one by one."""
     moves = get(poses, Poses)
     return [
         put(
@@ -113,7 +118,7 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
 
 @memo()
 def vertices(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
-    """Deform the character to one pose (Eq. 20), with what its face expresses."""
+    """Deform the character to one pose (Eq. 20), with its facial expressions."""
     from a2v import animation
 
     address, now = current().address, get(pose, Pose)
@@ -130,7 +135,7 @@ def vertices(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings)
 def _deformer(
     address: str, ref: Ref[Character], settings: DeformSettings
 ) -> Callable[[FloatArray], FloatArray]:
-    """The factored character, kept for the frames that follow in the same process."""
+    """Return the factored character, which is kept for later frames in the same process."""
     from a2v import animation
 
     character = load_character(address, ref)

@@ -1,4 +1,4 @@
-"""From the person to a parametric body and the photo's camera."""
+"""Nodes from the person to a parametric body and the photo's camera."""
 
 from __future__ import annotations
 
@@ -38,10 +38,9 @@ def body(
     body_model: File | None,
     hands: HandSettings,
 ) -> Ref[Body]:
-    """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it,
-    and bend its fingers.
+    """Fit the body to the surface (Eq. 15-18), starting from the fit to the photo; bend fingers.
 
-    A surface that was made of the body itself has nothing to add.
+    A surface that was made from the body itself is not used.
     """
     from a2v.body import FitResult, bend_fingers, fit_body
 
@@ -68,5 +67,5 @@ def body(
 
 
 def _with_model(fit: FitSettings, body_model: File | None) -> FitSettings:
-    """The settings with the body model of the user's own file, which counts by its content."""
+    """Return the settings with a custom body model, which counts by its content."""
     return fit if body_model is None else dataclasses.replace(fit, model=body_model.path)

@@ -1,4 +1,4 @@
-"""From a character and its motion to the files that animators' tools open."""
+"""Nodes from a character and its motion to files for animation programs."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from pipelines.nodes.values import Blob, Poses
 
 @memo()
 def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
-    """The character as files have it: few triangles with a normal map, each made of a named
-    material."""
+    """Return the character for export: few triangles with a normal map and named materials."""
     from a2v.animation.engine import engine_ready
     from a2v.body.parts import on_parts
     from a2v.rendering.matter import materials_of
@@ -38,7 +37,7 @@ def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[C
 
 @memo()
 def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) -> Ref[Blob]:
-    """One binary glTF: textured, skinned, animated, and what is climbed as meshes of their own."""
+    """Write one binary glTF: textured, skinned and animated, with climbed objects as own meshes."""
     from a2v.formats.gltf import write_glb
 
     moves = get(poses, Poses)
@@ -58,7 +57,7 @@ def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) 
 
 @memo()
 def still(engine_character: Ref[Character]) -> Ref[Blob]:
-    """One binary glTF in the photo's pose: textured and skinned."""
+    """Write one binary glTF in the photo's pose: textured and skinned."""
     from a2v.formats.gltf import write_glb
 
     with tempfile.TemporaryDirectory() as folder:
@@ -69,7 +68,7 @@ def still(engine_character: Ref[Character]) -> Ref[Blob]:
 
 @memo()
 def bvh(poses: Ref[Poses], body: Ref[Body]) -> Ref[Blob]:
-    """The motion of the body's own rig as BVH."""
+    """Write the motion of the body's own rig as BVH."""
     from a2v.animation import rig_motion
     from a2v.formats.bvh import write_bvh
 

@@ -1,5 +1,7 @@
-"""A body as one of several photos shows it; apart from `values`, since frames depend on those and
-not on how bodies are fitted."""
+"""The body fitted to one of several photos.
+
+It is apart from `values`: frames depend on those, and not on how bodies are fitted.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted(Record):
-    """A body that was fitted to one of several photos, the photo's camera, and whether the photo
-    was understood: others are left out."""
+    """A body that was fitted to one of several photos, the photo's camera, and whether it fits.
+
+    Photos whose fit is wrong are left out.
+    """
 
     body: Body
     camera: PhotoCamera
@@ -24,7 +28,7 @@ class Fitted(Record):
 
     @property
     def result(self) -> FitResult:
-        """As the library has it."""
+        """Return the library's form of it."""
         from a2v.body import FitResult
 
         return FitResult(self.body, self.camera)

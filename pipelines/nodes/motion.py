@@ -1,4 +1,4 @@
-"""From actions, or from a recorded file, to a motion."""
+"""Nodes from actions, or from a recorded file, to a motion."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def motion(
     edit: Edit,
     direction: Direction | None,
 ) -> Ref[Motion]:
-    """One action after the other by a motion model, or along a path; steps with sources by those,
-    and `model` stands for all their files.
+    """Generate one action after the other with a motion model, or along a path.
 
-    Steps without a length share `frames`. It travels still.
+    Steps with sources use those, and then `model` stands for all their files. Steps without a
+    length share `frames`. The motion still travels.
     """
     from a2v.motion import MotionModel
     from a2v.motion.plan import make_steps
@@ -50,8 +50,10 @@ def motion(
 def recorded_motion(
     motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings
 ) -> Ref[Motion]:
-    """Read a motion file, or follow the person in a video: the first `frames` of it at `fps` and in
-    its tempo. It travels still."""
+    """Read a motion file, or track the person in a video.
+
+    The result has the first `frames` at `fps` and in the given tempo. The motion still travels.
+    """
     from a2v.footage import is_video
     from a2v.footage.follow import follow_person
     from a2v.formats import read_motion

@@ -1,5 +1,7 @@
-"""Nodes that make one character from several photos of a person. They replace the nodes between the
-photo and the colored surface."""
+"""Nodes that make one character from several photos of a person.
+
+They replace the nodes between the photo and the colored surface.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +28,13 @@ from pipelines.nodes.values import Blob
 
 @memo()
 def other_subject(other: Ref[Blob], perception: PerceptionSettings) -> Ref[Subject]:
-    """As `subject`, for a further photo."""
+    """Find the person in a further photo, as `subject` does."""
     return put(found_in(other, None, None, Corrections(), perception))
 
 
 @memo(remember=False)
 def each_subject(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[Subject]]:
-    """The person in every photo, the first one first."""
+    """Return the person in every photo, the first one first."""
     return [subject, *other_subject]
 
 
@@ -55,7 +57,7 @@ def each_fit(each_subject: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
 def joint_fit(
     each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings
 ) -> list[Ref[Fitted]]:
-    """One shape for all photos, a pose and a camera for each."""
+    """Fit one shape for all photos, and a pose and a camera for each."""
     from a2v.body.together import doubts_of, fit_together
 
     alone = [get(ref, Fitted) for ref in each_fit]
@@ -80,15 +82,14 @@ def joint_fit(
 
 
 def _used(fits: Sequence[Fitted]) -> list[int]:
-    """Numbers of the photos that are used: the first one, and the further ones that were
-    understood."""
+    """Return the numbers of the used photos: the first, and further ones whose fits are right."""
     return [number for number, one in enumerate(fits) if one.understood or number == 0]
 
 
 def _replaced(
     fits: Sequence[Fitted], used: Sequence[int], new: Sequence[Fitted]
 ) -> list[Ref[Fitted]]:
-    """The fits of all photos, where those that are `used` are replaced by the `new` ones."""
+    """Return the fits of all photos, with those that are `used` replaced by the `new` ones."""
     found = dict(zip(used, new, strict=True))
     return [put(found.get(number, one)) for number, one in enumerate(fits)]
 
@@ -97,7 +98,7 @@ def _replaced(
 def each_surface(
     each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings
 ) -> Ref[Reconstruction]:
-    """As `surface`, for each photo."""
+    """Reconstruct each photo, as `surface` does."""
     from a2v.reconstruction.backends import reconstruct
 
     own = get(joint_fit, Fitted)
@@ -114,8 +115,7 @@ def surface_fit(
     fit: FitSettings,
     hands: HandSettings,
 ) -> list[Ref[Fitted]]:
-    """As `body`, for all photos: one shape, and poses by the reconstructed surfaces (Eq. 15-18),
-    with bent fingers."""
+    """Fit one shape and a pose per photo to all surfaces (Eq. 15-18); bend the fingers."""
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 
@@ -150,8 +150,10 @@ def surface_fit(
 def first_photo(
     joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray
 ) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
-    """Results of the first photo, in whose pose the character is made: the body by the photo, its
-    camera, the surface, and the body by the surface."""
+    """Return the results of the first photo, in whose pose the character is made.
+
+    They are the body by the photo, its camera, the surface, and the body by the surface.
+    """
     by_photo = get(joint_fit[0], Fitted)
     return (
         put(by_photo.body),
@@ -169,7 +171,7 @@ def person_of_photos(
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
-    """As `surface_with_face`: the canonical character from all photos."""
+    """Make the canonical character from all photos, as `surface_with_face` does for one."""
     main, *others = _sights(each_subject, each_surface, surface_fit)
     return put(build_character(main, figure, face, others))
 
@@ -182,7 +184,7 @@ def colored_by_photos(
     surface_fit: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `colored_surface`: each place has the colors of the photo that shows it best."""
+    """Color each place from the photo that shows it best, as `colored_surface` does for one."""
     return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
 
 
@@ -194,7 +196,7 @@ def shaded_by_photos(
     surface_fit: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `shaded_surface`."""
+    """Color the surface with the shading of the photos, as `shaded_surface` does for one."""
     return put(
         _colored(
             surface_with_face,

@@ -1,4 +1,4 @@
-"""The photo's own place as one more view: the person steps out of the picture."""
+"""Nodes for a view in the photo's own place: the person steps out of the picture."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
 _STAYS = 0.95
-"""From this share of the frames on the floor and in the picture nothing is said."""
+"""Share of the frames on the floor and in the picture above which no note is given."""
 _TRIAL = 256
-"""Pixels a side of the picture by which the lights are set; twice as many where their light on the
-person is read."""
+"""Side of the picture by which the lights are fitted, pixels; twice as many for the person's light.
+"""
 
 
 @memo()
@@ -35,8 +35,7 @@ def place(
     shaded_surface: Ref[Surface],
     frame_settings: Ref[RenderSettings],
 ) -> Ref[Place]:
-    """Paint the person out of the photo, find its camera, and lights under which the character
-    looks as in the photo."""
+    """Paint the person out of the photo; find its camera and matching lights."""
     from a2v.animation.entrance import photo_to_world
     from a2v.body.parts import PARTS
     from a2v.perception import decode_photo
@@ -59,7 +58,7 @@ def place(
     feet = [person.parts == PARTS.index(name) for name in ("left_foot", "right_foot")]
     surface = get(
         shaded_surface, Surface
-    )  # in the photo's pose, in which a canonical character does not stand
+    )  # in the photo's pose, which a canonical character does not have
     flat = camera.flatten(surface.vertices)
     seen = dataclasses.replace(surface, vertices=flat)
     viewpoint = find_viewpoint(soles_slope(seen, feet), told=camera.distance or None)
@@ -94,8 +93,10 @@ def place(
 def spot(
     poses: Ref[Poses], body: Ref[Body], place: Ref[Place], retarget: RetargetSettings
 ) -> list[Ref[Spot]]:
-    """Where each frame stands in the photo's place: the clip's way is turned and bent so that it
-    stays on the floor and in the picture."""
+    """Return where each frame stands in the photo's place.
+
+    The path of the clip is turned and bent so that it stays on the floor and in the picture.
+    """
     from a2v.rendering.room import find_detour, standing_room
 
     moves, where = get(poses, Poses), get(place, Place)
@@ -121,7 +122,7 @@ def photo_frame(
     place: Ref[Place],
     frame_settings: Ref[RenderSettings],
 ) -> Ref[Image]:
-    """Render one frame in the photo's place: what stands nearer to the camera hides the person."""
+    """Render one frame in the photo's place; nearer objects occlude the person."""
     from a2v.animation.entrance import photo_to_world
     from a2v.rendering.occluders import behind_things
     from a2v.rendering.viewpoint import as_seen
@@ -148,7 +149,7 @@ def _renderer(
     place: Ref[Place],
     frame_settings: Ref[RenderSettings],
 ) -> Any:
-    """The scene, kept for the frames that follow in the same process."""
+    """Return the scene, which is kept for later frames in the same process."""
     from a2v.rendering import Renderer
     from a2v.rendering.place import without_light
     from pipelines.engine.store import Store
@@ -168,12 +169,12 @@ def _renderer(
 
 @memo()
 def photo_clip(photo_frame: np.ndarray, place: Ref[Place], poses: Ref[Poses]) -> Ref[Blob]:
-    """The photo's place as an MP4 of the photo's shape."""
+    """Encode the photo's place as an MP4 of the photo's shape."""
     where = get(place, Place)
     scale = get(photo_frame[0], Image).pixels.shape[0] / len(where.picture)
     left, top, right, bottom = (
         round(edge * scale / 2) * 2 for edge in where.frame
-    )  # video wants even sizes
+    )  # video needs even sizes
     return put(
         encode(
             (get(ref, Image).pixels[top:bottom, left:right] for ref in photo_frame),

@@ -1,4 +1,4 @@
-"""From the fitted body to a surface with the photo's colors."""
+"""Nodes from the fitted body to a surface with the photo's colors."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ def surface(
     photo_camera: Ref[PhotoCamera],
     shape: BackendSettings,
 ) -> Ref[Reconstruction]:
-    """Reconstruct the person with clothes and hair; whose settings are given says by which
-    backend."""
+    """Reconstruct the person with clothes and hair; the settings' type selects the backend."""
     from a2v.reconstruction.backends import reconstruct
 
     camera = get(photo_camera, PhotoCamera)
@@ -37,7 +36,7 @@ def surface(
 def surface_with_hands(
     surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings
 ) -> Ref[Reconstruction]:
-    """Sew in the body's own hands, whose fingers move; a canonical character has them already."""
+    """Sew in the hands of the body, whose fingers move; a canonical character has them already."""
     from a2v.reconstruction import add_hands
     from a2v.reconstruction.canonical import is_canonical
 
@@ -56,8 +55,10 @@ def surface_with_face(
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
-    """Lay the body's own face, which has expressions, where the photo shows one; or build the
-    canonical character, of which it is a part."""
+    """Lay the body's face with its expressions into the surface, or build the canonical character.
+
+    The canonical character has this face already.
+    """
     from a2v.reconstruction.canonical import is_canonical
     from a2v.reconstruction.face import add_face
 
@@ -74,8 +75,7 @@ def surface_with_face(
 def build_character(
     sight: Sight, figure: CharacterSettings, face: FaceSettings, others: Sequence[Sight] = ()
 ) -> Reconstruction:
-    """The canonical person of one photo and of `others`; a face that is small in the photo is
-    noted."""
+    """Build the canonical character of one photo and of `others`; a small face is noted."""
     from a2v.reconstruction.canonical import SMALL_FACE, TURNED_FACE, canonical_person
 
     made = canonical_person(sight, settings=figure, face=face, others=others)
@@ -94,8 +94,10 @@ def colored_surface(
     photo_camera: Ref[PhotoCamera],
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """Project the photo on what it sees and color the rest (Eq. 14); the fitted body says what is
-    the head."""
+    """Project the photo on the visible surface and color the rest (Eq. 14).
+
+    The fitted body shows where the head is.
+    """
     return put(_colored(surface_with_face, subject, body, photo_camera, color))
 
 
@@ -107,8 +109,7 @@ def shaded_surface(
     photo_camera: Ref[PhotoCamera],
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `colored_surface`, but with the photo's shading left in: what looks as in the photo
-    without any light."""
+    """Color the surface with the photo's shading left in; without light it looks like the photo."""
     return put(
         _colored(
             surface_with_face,

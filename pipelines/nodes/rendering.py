@@ -1,4 +1,4 @@
-"""From moving vertices to frames and videos."""
+"""Nodes from moving vertices to frames and videos."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
 @memo(remember=False)
 def frame_settings(render: RenderSettings) -> Ref[RenderSettings]:
-    """What of the settings a single frame depends on, with the Mitsuba variant that works on this
-    machine."""
+    """Return the settings that a single frame depends on.
+
+    The variant is the Mitsuba variant that works on this machine.
+    """
     from a2v.rendering import choose_variant
 
     variant = render.variant
@@ -54,27 +56,28 @@ def camera(
     render: RenderSettings,
     cameras: tuple[CameraPath, ...],
 ) -> np.ndarray:
-    """The cameras of every frame and view; they follow the character, and the front view stands
-    where it faces in the mean."""
+    """Return the cameras of every frame and view.
+
+    They follow the character; the front view stands in the character's mean direction.
+    """
     from a2v.animation.root_motion import ground_trajectory_of
-    from a2v.rendering import follow_cameras
+    from a2v.rendering import extreme_points, follow_cameras
 
     moves = get(poses, Poses)
     facing = ground_trajectory_of(moves.bone_transforms, get(body, Body)).heading
-    clouds = [get(ref, Vertices).vertices for ref in vertices]
-    bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
+    track = np.stack([extreme_points(get(ref, Vertices).vertices) for ref in vertices])
     wanted = (
         *VIEWS,
         *(view for view in render.views if view not in VIEWS),
-    )  # the four are the same whichever of them are asked for
+    )  # The four views are the same whichever of them are requested.
     tracks = follow_cameras(
-        bounds,
+        track,
         dataclasses.replace(render, views=wanted),
         cameras=cameras,
         facing=facing,
         fps=moves.fps,
     )
-    found = np.empty((len(clouds), len(render.views)), dtype=object)
+    found = np.empty((len(track), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
             found[t, c] = put(one)
@@ -91,7 +94,7 @@ def frame(
     look: LookSettings,
     props: Ref[Props],
 ) -> Ref[Image]:
-    """Render one frame of one view, with what is under the feet of whoever climbs."""
+    """Render one frame of one view, with what a climbing person stands on."""
     renderer = _renderer(current().address, character, frame_settings, backdrop, look, props)
     moved = np.concatenate([get(vertices, Vertices).vertices, get(props, Props).vertices])
     return put(Image.of(renderer.render(moved, get(camera, ViewCamera))))
@@ -106,8 +109,10 @@ def _renderer(
     look: LookSettings,
     props: Ref[Props],
 ) -> Any:
-    """The scene, kept for the frames that follow in the same process; setting one up costs
-    seconds."""
+    """Return the scene, which is kept for later frames in the same process.
+
+    Its setup takes seconds.
+    """
     from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
@@ -130,19 +135,19 @@ def _renderer(
 
 
 def threaded(settings: RenderSettings) -> RenderSettings:
-    """With as many threads as this process may use: 1 in a worker."""
+    """Return an encoder with as many threads as this process may use: 1 in a worker."""
     return dataclasses.replace(settings, threads=int(os.environ.get("OMP_NUM_THREADS", "0")))
 
 
 @memo()
 def clip(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
-    """One view as an MP4."""
+    """Encode one view as an MP4."""
     return put(encode((get(ref, Image).pixels for ref in frame), get(poses, Poses).fps))
 
 
 @memo()
 def video(frame: np.ndarray, poses: Ref[Poses], render: RenderSettings) -> Ref[Blob]:
-    """All views side by side as an MP4, with their names above them if the settings say so."""
+    """Encode all views side by side as an MP4, with their names above them if requested."""
     from a2v.rendering import contact_sheet
 
     labels = render.views if render.titles else None
@@ -156,7 +161,7 @@ def video(frame: np.ndarray, poses: Ref[Poses], render: RenderSettings) -> Ref[B
 
 
 def encode(frames: Iterator[np.ndarray], fps: float) -> Blob:
-    """Frames as an MP4."""
+    """Encode frames as an MP4."""
     from a2v.rendering import write_video
 
     with tempfile.TemporaryDirectory() as folder:

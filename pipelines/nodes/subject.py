@@ -1,4 +1,4 @@
-"""From a photo to the person in it."""
+"""Nodes from a photo to the person in it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ def subject(
     corrections: Corrections,
     perception: PerceptionSettings,
 ) -> Ref[Subject]:
-    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON)
-    replace the detectors, corrections what either says."""
+    """Find the person: landmarks, mask, crop.
+
+    A mask (an image) and OpenPose keypoints (JSON) replace the detectors. Corrections change
+    either.
+    """
     return put(found_in(photo, mask, keypoints, corrections, perception))
 
 

@@ -1,4 +1,4 @@
-"""What passes between nodes besides the types of `a2v.types`."""
+"""Values between nodes, in addition to the types of `a2v.types`."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Poses(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose(Record):
-    """A body's bones at one moment.
+    """A body's bones in one frame.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Pose(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Vertices(Record):
-    """A character's vertices at one moment.
+    """A character's vertices in one frame.
 
     Attributes
     ----------
@@ -121,8 +121,10 @@ class Image(Record):
 
     @property
     def pixels(self) -> ByteArray:
-        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light gray (videos have no
-        alpha channel)."""
+        """Return the frame, (H, W, 3) uint8 sRGB.
+
+        Transparent pixels become light gray, since videos have no alpha channel.
+        """
         import PIL.Image
 
         image: PIL.Image.Image = PIL.Image.open(io.BytesIO(self.png.tobytes()))
@@ -135,5 +137,5 @@ class Image(Record):
 
 @functools.lru_cache(maxsize=1)
 def load_character(address: str, ref: Ref[Character]) -> Character:
-    """The character, kept for the frames that follow in the same process."""
+    """Return the character, which is kept for later frames in the same process."""
     return Store(address).get(ref, Character)

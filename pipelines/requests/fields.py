@@ -23,7 +23,7 @@ from a2v.errors import InputError
 from a2v.io import brief, shorten
 
 SEEDS = 2**32
-"""Seeds are below it: numpy and the renderer take no others."""
+"""Upper bound of seeds: numpy and the renderer accept no larger ones."""
 _YES_NO = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _MADE_OF = {int: "a whole number", float: "a number", bool: "yes or no", str: "text"}
 
@@ -107,7 +107,7 @@ def check_known(names: typing.Collection[str], known: typing.Collection[str]) ->
 
 @dataclass(frozen=True)
 class _Rule:
-    """What a field may hold.
+    """The allowed values of a field.
 
     Attributes
     ----------

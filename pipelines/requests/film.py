@@ -20,18 +20,18 @@ from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
 FOLLOW = "follow"
-"""The cameras of the four views go with the person."""
+"""The cameras of the four views follow the person."""
 STILL = "still"
-"""They stand and see the whole path."""
+"""The cameras stay still and see the whole path."""
 
 PHOTO = "photo"
-"""The background that is the photo's own place, and the name of its view."""
+"""The background in the photo's own place, and the name of its view."""
 _LOOK = RenderSettings()
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilmRequest(Request):
-    """How frames look."""
+    """Options for the look of frames."""
 
     views: str | None = option(
         f"views, separated by commas: {', '.join(VIEWS)}, turntable, names in --camera (default: "
@@ -130,9 +130,9 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
         return f"#{red:02x}{green:02x}{blue:02x}", None
     if not Path(asked).is_file():
         raise InputError(
-            f"background '{asked}' is no file; expected stage, photo, transparent, a color such as "
-            "#30506f, or an image"
+            f"background '{asked}' is not a file; expected stage, photo, transparent, a color such "
+            "as #30506f, or an image"
         )
     data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
-    decode_photo(data, Path(asked).name)  # or an error before anything long runs
+    decode_photo(data, Path(asked).name)  # an error now, before a long computation
     return "image", put_file(store, asked)

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from a2v.motion.prompts import Step
 
 AUTO = "auto"
-"""The default, which is all that there is (`a2v.motion.plan`)."""
+"""The default: all sources (`a2v.motion.plan`)."""
 MANY = "cmu-fine"
-"""The model with most, which can be directed."""
+"""The model with the most actions, which can be directed."""
 
 MODEL = f"source of the motion: {AUTO} (all), clips, the name of a model, or an .onnx file"
 """Help of the options that name a motion model."""
@@ -43,7 +43,7 @@ ACTION = "action by name or in words; separate several by commas or 'then' (list
 SECONDS = "length in seconds (default: 5, or the length of the model's clips)"
 FRAMES = "length in frames, in place of --seconds"
 FPS = "frames per second"
-"""Help of the options of these names."""
+"""Help of options with these names."""
 
 MOTION_FILES = f"{readable_motions(', ')}, or a video of a person"
 """Help of the options that name a motion file."""

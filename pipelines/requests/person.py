@@ -29,7 +29,7 @@ from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
 ENGINE = EngineSettings()
-"""What files for other tools hold by default."""
+"""Defaults of files for other tools."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class PersonStages:
         rare=True,
     )
     pifu_geometry: str = option(
-        "your file of PIFu's net_G: the shape without --pifuhd; --pifu-color requires it",
+        "your file of PIFu's net_G, for the shape if --pifuhd is absent; --pifu-color requires it",
         default="",
         metavar="FILE",
         rare=True,
@@ -106,6 +106,11 @@ class PersonStages:
     )
     pamir_texture: str = option(
         "your file of PaMIR's checkpoint for the colors", default="", metavar="FILE", rare=True
+    )
+    pamir_refine: int = option(
+        "number of steps in which PaMIR's field refines the body that its networks see; 0 for none",
+        default=0,
+        rare=True,
     )
     perception: PerceptionSettings = settings(
         PerceptionSettings, users=("confidence", "max_side", "face", "hands")
@@ -158,7 +163,8 @@ class PersonStages:
             for name in ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture")
         }
         smpl = self.fit.model if self.pamir_geometry and self.fit.model.endswith(".npz") else ""
-        return plugged(self.backend, **checkpoints, smpl=smpl).pinned()
+        refine = {"pamir_refine": self.pamir_refine} if self.pamir_refine else {}
+        return plugged(self.backend, **checkpoints, **refine, smpl=smpl).pinned()
 
     def parameters(self) -> Parameters:
         """Return the settings of each stage by the name of the graph's parameter.
@@ -236,10 +242,10 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         ]
         if len({ref.digest for ref in photos}) < len(photos):
             raise InputError("one photo is given twice; give every photo of the person once")
-        del parameters["body_model"]  # the shape that they share is Anny's
+        del parameters["body_model"]  # the common shape is Anny's
         return parameters | {
             "other": sorted(photos[1:], key=lambda ref: ref.digest)
-        }  # their order means nothing
+        }  # the order of further photos does not matter
 
 
 def corrections_of(path: str | None) -> Corrections:
@@ -256,7 +262,7 @@ def corrections_of(path: str | None) -> Corrections:
 
 
 MOST_PHOTOS = 8
-"""Photos of one person that are taken."""
+"""Maximum number of photos of one person."""
 
 
 def listed(more: str) -> list[str]:
@@ -286,7 +292,7 @@ def body_model_file(name: str) -> File | None:
     if name in MODELS:
         return None
     if not name.lower().endswith(MODEL_SUFFIXES):
-        load_body_model(name)  # says which names there are
+        load_body_model(name)  # its error lists the names
     return File.of(name)
 
 

@@ -1,2 +1,1 @@
-"""The local web page: a server on 127.0.0.1, a queue in files, and the pipeline in child
-processes."""
+"""The local web page: a server on 127.0.0.1, a queue in files, and child processes."""

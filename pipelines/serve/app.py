@@ -157,7 +157,7 @@ class Handlers:
         said = await read_json(request)
         model, text = said.get("model"), said.get("text")
         if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
-            raise InputError("expected a model's name and some words")
+            raise InputError("expected the name of a model and some words")
         steps, matches = await self._desk.threads.do(understood, str(model), text)
         parts = [
             {
@@ -221,7 +221,7 @@ class Handlers:
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
-        """Another attempt."""
+        """Process a photo again."""
         self._desk.again(self._photo(request))
         return Told({})
 
@@ -271,7 +271,9 @@ class Handlers:
         photo, name = self._photo(request), request.query_params.get("name", "")
         suffix = Path(name).suffix.lower()
         if suffix not in CLIPS:
-            raise InputError(f"this is no video by its name; expected {', '.join(CLIPS)}")
+            raise InputError(
+                f"this is not named like a video; expected a name that ends in {', '.join(CLIPS)}"
+            )
         folder = self._library.arriving()
         try:
             await save_photo(request, folder / ORIGINAL, MAX_CLIP, "video")
@@ -309,7 +311,7 @@ class Handlers:
             raise InputError("this photo is not here any more; choose another")
         wish = Wish.of(said.get("wish"))
         if wish.clip and not photo.clip:
-            raise InputError("there is no video with a motion for this person; send one first")
+            raise InputError("this person has no video with a motion yet; send one first")
         if not wish.clip:
             await self._desk.threads.do(understood, wish.model, wish.action)
             await self._desk.threads.do(wish.check_path)
@@ -328,7 +330,7 @@ class Handlers:
         return Told({})
 
     async def again(self, request: Request) -> Response:
-        """Another attempt."""
+        """Run a job again."""
         self._desk.again(self._job(request))
         return Told({})
 
@@ -356,7 +358,7 @@ class Handlers:
         """Serve all results of a job in one zip."""
         job = self._job(request)
         if not job.files:
-            raise HTTPException(404, "nothing is made yet")
+            raise HTTPException(404, "no result exists yet")
         headers = {"Content-Disposition": 'attachment; filename="a2v.zip"'}
         return StreamingResponse(
             zipped(self._library.place(job), job.files),

@@ -1,6 +1,6 @@
-"""Take in photos, further photos of a person, and videos with a motion.
+"""Receive photos, further photos of a person, and videos with a motion.
 
-A child process opens each file, then the file is moved to its record.
+A child process opens each file; then the file is moved to its record.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OPEN_SECONDS = 60.0
 
 
 class Arrivals:
-    """Takes in the files of a person, and removes further photos and videos again.
+    """Receives the files of a person, and removes further photos and videos again.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Arrivals:
         """
         if "," in str(self.library.folder):
             raise InputError(
-                "the page's folder has a comma in its name, which stands between further photos; "
+                "the page's folder has a comma in its name, and commas separate further photos; "
                 "start a2v serve with another --folder"
             )
         name = f"more-{len(photo.more) + 1}"
@@ -127,7 +127,7 @@ class Arrivals:
             A queued or running job uses its motion.
         """
         if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
-            raise InputError("this video is in use; cancel what is being made of it first")
+            raise InputError("this video is in use; cancel the jobs that use it first")
         (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
         gone = photo.clip_digest
         photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""

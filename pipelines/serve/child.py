@@ -16,17 +16,18 @@ GRACE_SECONDS = 5.0
 """Seconds between asking a process to end and killing it."""
 _LINE_BYTES = 4 << 20
 LOST = (
-    "the process that computed this has ended, most likely because the memory was used up; "
-    "what was finished is remembered: try again"
+    "the process that computed this has ended, most likely because it ran out of memory; "
+    "finished results are kept: try again"
 )
-SLOW = "this takes too long; take a smaller photo"
+SLOW = "this takes too long; use a smaller photo"
 
 Take = Callable[[Mapping[str, Any]], None]
 
 
 class Child:
-    """A child process that is started on demand. It may be stopped at any time, also during
-    its start.
+    """A child process that is started on demand and may be stopped at any time.
+
+    It may also be stopped during its start.
 
     Parameters
     ----------

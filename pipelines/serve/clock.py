@@ -38,8 +38,10 @@ PRIOR: Mapping[str, float] = {
     "video": 0.5,
     "clip": 0.5,
 }
-"""Seconds per node on two cores, used until a time is measured on this machine: `vertices` per
-frame, `frame` per image of `PIXELS` samples."""
+"""Seconds per node on two cores, used until a time is measured on this machine.
+
+`vertices` is per frame, `frame` per image of `PIXELS` samples.
+"""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person",

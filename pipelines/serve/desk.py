@@ -34,8 +34,7 @@ from pipelines.serve.threads import Threads
 IDLE_SECONDS = 900.0
 """Seconds without a task after which a child process is ended to free its memory."""
 SETTLED_SECONDS = 120.0
-"""Seconds after which a value of the store that no call references is removed, such as the remains
-of a stopped computation."""
+"""Seconds after which a value of the store that no call refers to is removed."""
 MAX_THREADS = 8
 """Number of threads in addition to the main thread."""
 _TICK_SECONDS = 5.0
@@ -112,7 +111,9 @@ class Desk:
             The photo is being processed, or the disk is full.
         """
         if photo.status == "looking":
-            raise InputError("this photo is being looked at; try again in a moment")
+            raise InputError(
+                "the person in this photo is still being detected; try again in a moment"
+            )
         path = self.library.place(photo) / CORRECTIONS
         if corrections:
             with atomic_path(path) as temporary:
@@ -211,7 +212,7 @@ class Desk:
             item.status, item.problem = "looking", ""
         else:
             if item.status not in ("failed", "cancelled"):
-                raise InputError("this video is made, or is being made")
+                raise InputError("this video is finished or in progress")
             item.status, item.problem, item.created = "waiting", "", time.time()
         self.library.keep(item)
         self.wake()

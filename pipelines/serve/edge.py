@@ -25,8 +25,10 @@ BODY_SECONDS = 30.0
 """Seconds without data within a request after which the browser counts as disconnected."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-"""Control characters, including line breaks and tabs, and characters that change the writing
-direction."""
+"""Control characters and characters that change the writing direction.
+
+Line breaks and tabs are included.
+"""
 
 
 def clean(value: Any, level: int = 0) -> Any:
@@ -80,7 +82,7 @@ async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, An
         raise InputError("the request is empty; expected an object")
     said = parse_json(bytes(data), "the request", "an object")
     if not isinstance(said, dict):
-        raise InputError("the request is no object")
+        raise InputError("the request is not a JSON object")
     found: Mapping[str, Any] = clean(said)
     return found
 
@@ -132,9 +134,9 @@ async def _parts(request: Request, limit: int, too_large: str) -> AsyncIterator[
         except StopAsyncIteration:
             return
         except (TimeoutError, asyncio.TimeoutError):
-            raise HTTPException(408, "the request does not arrive; send it again") from None
+            raise HTTPException(408, "the request does not arrive in time; send it again") from None
         except ClientDisconnect:
-            raise HTTPException(400, "the connection broke off") from None
+            raise HTTPException(400, "the connection was closed") from None
         size += len(part)
         if size > limit:
             raise HTTPException(413, too_large)

@@ -108,8 +108,10 @@ def outline(task: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _begin(folder: Path, path: str | None, cache: str | None) -> Bench:
-    """Return the complete fit with the saved corrections, and the subject without the
-    corrections that `outline` applies."""
+    """Return the complete fit with the saved corrections, and the subject.
+
+    The subject lacks the corrections that `outline` applies.
+    """
     from a2v.body import FitResult
     from a2v.types import Body, PhotoCamera, Subject
     from pipelines.engine.store import Store

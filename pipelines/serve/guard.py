@@ -19,8 +19,10 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 HOSTS = ("127.0.0.1", "localhost", "[::1]")
-"""Host names of this machine. A page elsewhere whose host name resolves to this machine (DNS
-rebinding) sends another one."""
+"""Host names of this machine.
+
+A page elsewhere whose host name resolves to this machine (DNS rebinding) sends another one.
+"""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -39,10 +41,9 @@ HEADERS = {
 
 
 class Guard:
-    """Forwards to `inner` the requests whose path begins with the token, whose host is this
-    machine, and whose origin is the page.
+    """Forwards valid requests to `inner`.
 
-    The token is removed from the path that `inner` receives.
+    Their path begins with the token, their host is this machine, and their origin is the page.
     """
 
     def __init__(self, inner: Application, token: str) -> None:
@@ -88,23 +89,23 @@ class Guard:
                 )
             except asyncio.CancelledError:  # the server stops before the answer is ready
                 if not begun:
-                    await _refuse(send, 503, "the page ends; start it again")
+                    await _refuse(send, 503, "the server is stopping; start it again")
 
 
 def _foreign(headers: dict[str, str]) -> str:
     """Return the problem with the source of a request, or an empty text."""
     host = headers.get("host", "")
     if re.sub(r":\d{1,5}$", "", host) not in HOSTS:
-        return "this server answers to 127.0.0.1 and localhost alone"
+        return "this server only answers requests to 127.0.0.1 and localhost"
     origin = headers.get("origin")
     if origin is not None and origin != f"http://{host}":
-        return "requests of other pages are refused"
+        return "requests from other pages are refused"
     if (
         origin is None
         and headers.get("sec-fetch-site", "none") in ("cross-site", "same-site")
         and headers.get("sec-fetch-mode") != "navigate"
     ):
-        return "requests of other pages are refused"
+        return "requests from other pages are refused"
     return ""
 
 

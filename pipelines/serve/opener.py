@@ -15,8 +15,10 @@ from pipelines.serve.talk import Tell, answer
 SHOWN_SIDE = 1280
 """Longest side of the photo that the page shows, in pixels."""
 OPENER_BYTES = 3 << 30
-"""Address space of the process that opens photos, in bytes. A photo of 60 megapixels takes 1.4 GB,
-and libraries reserve more than they use."""
+"""Address space of the process that opens photos, in bytes.
+
+A photo of 60 megapixels takes 1.4 GB, and libraries reserve more than they use.
+"""
 
 
 def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:

@@ -26,9 +26,9 @@ class Owed:
         self._path = path
 
     def add(self, digest: str) -> None:
-        """Note a photo before its removal.
+        """Add a photo to the list of photos to remove, before its removal starts.
 
-        On a full disk nothing is noted, but an immediate removal still takes place.
+        On a full disk the list cannot be written, but an immediate removal still takes place.
         """
         with contextlib.suppress(OSError), self._path.open("a", encoding="ascii") as stream:
             stream.write(f"{digest}\n")

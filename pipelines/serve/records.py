@@ -57,9 +57,9 @@ class Photo:
     landmarks : u, v in pixels of ``photo.jpg`` and confidence, in BlazePose order
     digest : of the value that the store has of it
     people : left, top, right, bottom of all who were found, the largest first, fractions of the
-    photo; empty where it is one
-    corrected : whether the user has corrected what was seen
-    looks : how often it was looked at, so that a browser knows an old outline
+    photo; empty if there is only one
+    corrected : whether the user has corrected the detection
+    looks : number of detections, by which a browser recognizes an outdated outline
     more : digests of further photos of the same person, ``more-1`` and so on in its folder
     clip : suffix of the video whose motion the person can take over, ``clip`` with it in its folder
     clip_title, clip_seconds, clip_digest : its name, its length and its digest in the store
@@ -173,12 +173,14 @@ def read_record(kind: type[Kept], folder: Path) -> Kept:
             facts["wish"] = Wish.of(facts["wish"])
         item = kind(**facts)
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise InputError(f"{folder.name} has no record of ours ({type(error).__name__})") from error
+        raise InputError(
+            f"{folder.name} has no record that can be read ({type(error).__name__})"
+        ) from error
     for entry in dataclasses.fields(item):
         if not _CHECKS[str(entry.type)](getattr(item, entry.name)):
             raise InputError(f"the record of {folder.name} has no usable {entry.name}")
     if item.id != folder.name or not _ID.fullmatch(item.id) or item.status not in kind.STATES:
-        raise InputError(f"the record of {folder.name} is another one's")
+        raise InputError(f"the record of {folder.name} belongs to another photo or video")
     if isinstance(item, Photo) and any(len(point) != 3 for point in item.landmarks):
         raise InputError(f"the record of {folder.name} has no usable landmarks")
     return item
@@ -246,7 +248,7 @@ class Library:
             try:
                 self.write(item)
             except (InputError, OSError) as error:
-                self.problem = f"what has changed cannot be written down: {error}"
+                self.problem = f"changes cannot be saved: {error}"
                 return
             del self._unwritten[item.id]
         self.problem = ""

@@ -58,7 +58,7 @@ def answer(work: Work) -> None:
         except A2VError as error:
             tell({"problem": _without(str(error), own)})
         except MemoryError:
-            tell({"problem": "the memory was used up; take a smaller picture"})
+            tell({"problem": "the computation ran out of memory; use a smaller picture"})
         except Exception as error:
             traceback.print_exc()
             tell(

@@ -12,14 +12,20 @@ from typing import Any
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEADER_SECONDS = 10.0
-"""Largest time in seconds from the connection, or the end of the last response, to the end of the
-next request's headers."""
+"""Maximum seconds until the headers of the next request have arrived.
+
+The time counts from the connection, or from the end of the last response.
+"""
 MAX_STRANGERS = 64
-"""Largest number of connections without a token; beyond it, the oldest is closed. Browsers open
-a few in advance."""
+"""Maximum number of connections without a token; beyond it, the oldest is closed.
+
+Browsers open a few in advance.
+"""
 MAX_CONNECTIONS = 400
-"""Largest number of connections: fifty browsers with six each, and strangers. The usual limit of
-open files is 1,024."""
+"""Maximum number of connections: fifty browsers with six each, and others.
+
+The usual limit of open files is 1,024.
+"""
 
 
 def protocol(token: str) -> type[H11Protocol]:

@@ -114,8 +114,7 @@ class Wish:
             or len(self.action) > MAX_ACTION
         ):
             raise InputError(
-                f"no action is given that can be read; expected names or words, at most "
-                f"{MAX_ACTION} letters"
+                f"the action cannot be read; expected names or words, at most {MAX_ACTION} letters"
             )
         if self.model not in MODELS:
             raise InputError(
@@ -147,7 +146,7 @@ class Wish:
             raise InputError(f"clip is {brief(self.clip)}; expected true or false")
         if self.clip and self.path:
             raise InputError(
-                "a path is given with a video's motion, which goes where it went; clear the path"
+                "a path is given, but the motion of a video has its own path; clear the path"
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(

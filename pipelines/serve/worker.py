@@ -40,8 +40,10 @@ Make = Callable[[VideoRequest, str, RunOptions], object]
 
 
 Write = Callable[[VideoRequest, str, Path, str, RunOptions], Sequence[Path]]
-"""``a2v character``: the request, the clip's name, the file, the rig, and how to run; returns the
-written files."""
+"""``a2v character``: writes files and returns their paths.
+
+It takes the request, the clip's name, the file, the rig, and how to run.
+"""
 
 
 class WarmPool(Executor):

@@ -208,9 +208,9 @@ def test_triangle_that_is_turned_stays_itself() -> None:
 
 
 def test_stretched_triangle_has_the_known_answer() -> None:
-    # all three corners pulled softly to a triangle twice as large: by symmetry it scales by s about
-    # its center, with minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2, r^2 = L^2
-    # / 3
+    # All three corners are pulled softly to a triangle twice as large. By symmetry it scales by s
+    # about its center, with the minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2,
+    # r^2 = L^2 / 3.
     angle = np.deg2rad([90, 210, 330])
     vertices = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
     k, c, length2 = 1 / np.sqrt(3) / 2, 0.7, 3.0
@@ -244,7 +244,7 @@ def test_bar_follows_a_moved_end_without_shearing() -> None:
     )
     assert (
         np.abs(now / before - 1).mean() < 0.08
-    )  # a linear blend of the two ends' positions shears far more
+    )  # A linear blend of the positions of both ends shears far more.
     t = np.clip((v[:, 2:] + 0.45) / 0.9, 0, 1)
     blend = (1 - t) * v + t * ((v - [0, 0, 0.4]) @ turn.T + [0.25, 0, 0.2])
     assert (
@@ -271,7 +271,7 @@ def test_energy_never_grows() -> None:
 
 
 def test_agrees_with_open3d() -> None:
-    # a closed mesh of acute triangles: Open3D gives the edges of borders twice the usual weight
+    # A closed mesh of acute triangles, since Open3D weights border edges twice as much as usual.
     import open3d
     import trimesh
 

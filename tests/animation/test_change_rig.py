@@ -94,7 +94,7 @@ def test_the_skin_looks_the_same(change: RigChange, character: Character, walk: 
     )
     exact = (
         change.spec.name == "unreal"
-    )  # the one rig with all of Anny's spine; the others share its bend among three bones
+    )  # The only rig with all of Anny's spine. The others distribute its bend over three bones.
     assert off.mean() < (5e-4 if exact else 3e-3)
     assert np.percentile(off, 95) < (2.5e-3 if exact else 5e-3)
     np.testing.assert_allclose(change.character.weights.sum(1), 1, atol=1e-5)
@@ -112,8 +112,10 @@ def test_only_the_hips_are_carried(change: RigChange, walk: np.ndarray) -> None:
 def test_a_mixamo_bvh_shows_the_motion_by_names_alone(
     character: Character, walk: np.ndarray, tmp_path: Path
 ) -> None:
-    """As engines do: local rotations of the file are put on the rig's bones of the same names, and
-    the hips' place."""
+    """Put the file's local rotations and the place of the hips on bones of the same names.
+
+    Engines do this.
+    """
     person, clips = prepare_rig(character, {"walk": (walk, 20.0)}, rig="mixamo")
     write_rig_bvh(tmp_path / "walk.bvh", person.body, *clips["walk"])
     bvh, body = Bvh(tmp_path / "walk.bvh"), person.body
@@ -174,7 +176,7 @@ def test_root_motion_carries_travel_and_heading(
     assert float(np.linalg.norm(hips[:, [0, 2]], axis=1).max()) < 0.15
     assert float(transforms[-1, 0, 2, 3] - transforms[0, 0, 2, 3]) > 0.5
     same = transforms[:, -len(plain.body.bone_names) + 1 :] - moves["walk"][0][:, 1:]
-    assert np.abs(same).max() < 1e-9  # what is seen stays
+    assert np.abs(same).max() < 1e-9  # visible vertices do not move
     np.testing.assert_allclose(
         deform(person, transforms[7]), deform(plain, moves["walk"][0][7]), atol=1e-5
     )

@@ -1,4 +1,4 @@
-"""Arms that keep out of the trunk."""
+"""Arms keep out of the trunk."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ def rig(body: Body) -> Rig:
 
 
 def swung(body: Body, rig: Rig, side: str, degrees: float, frames: int = 60) -> np.ndarray:
-    """The body at rest, one arm of which swings in towards the trunk by `degrees` in the middle of
-    the clip."""
+    """Return the body at rest with one arm that swings in by `degrees` in the middle of the clip."""
     transforms = np.broadcast_to(
         body.rest_transforms.astype(np.float64), (frames, *body.rest_transforms.shape)
     ).copy()
@@ -63,7 +62,7 @@ def test_an_arm_that_swings_into_the_trunk_stays_outside(body, rig, side, column
     arm = subtree(rig.parents, rig.bones[f"{side}_shoulder"])
     other = [bone for bone in range(len(rig.parents)) if bone not in arm]
     np.testing.assert_array_equal(after[:, other], before[:, other])
-    np.testing.assert_array_equal(after[:5], before[:5])  # long before it comes near
+    np.testing.assert_array_equal(after[:5], before[:5])  # long before the arm comes near
     rows = [bone for bone in arm if bone != arm[0]]
     lengths = [
         np.linalg.norm(x[:, rows, :3, 3] - x[:, rig.parents[rows], :3, 3], axis=-1)

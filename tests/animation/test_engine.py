@@ -1,4 +1,4 @@
-"""Characters for engines: fewer triangles, the same movement."""
+"""Characters for game engines have fewer triangles and the same movement."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from a2v.types import MATERIALS
 
 @pytest.fixture(scope="module")
 def textured(expressive: Character) -> Character:
-    """With a texture in charts seen from the front and the back."""
+    """Return a character with a texture in charts seen from the front and the back."""
     surface = expressive.surface
     corners = surface.vertices[surface.faces].astype(np.float64)
     front = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0
@@ -47,7 +47,7 @@ def test_few_triangles_with_a_map(textured: Character, small: Character) -> None
 
 
 def test_what_is_left_moves_as_it_did(textured: Character, small: Character) -> None:
-    """Vertices, their movement and all 52 expressions are exactly those of the whole character."""
+    """Remaining vertices, their movement and all 52 expressions equal those of the whole character."""
     kept = np.array(
         [
             np.flatnonzero((textured.surface.vertices == point).all(axis=1))[0]
@@ -77,7 +77,7 @@ def test_what_is_left_moves_as_it_did(textured: Character, small: Character) -> 
         same = np.isclose(whole[own], offsets, atol=1e-7).all(axis=1)
         assert (
             same.mean() > 0.99
-        )  # lips touch: of two vertices at one place the other one may have been found
+        )  # Lips touch: of two vertices at one place the other one may have been found.
 
 
 def test_the_face_keeps_more_than_the_rest(textured: Character) -> None:
@@ -90,7 +90,7 @@ def test_the_face_keeps_more_than_the_rest(textured: Character) -> None:
 
 
 def test_materials_are_told_apart(textured: Character) -> None:
-    """With skin of one color on face and hands and blue clothes elsewhere."""
+    """Return a character with skin of one color on face and hands, and blue clothes elsewhere."""
     parts = textured.parts
     head, hands = on_parts(parts, "head"), on_parts(parts, "left_hand", "right_hand")
     colors = np.where((head | hands)[:, None], [0.8, 0.6, 0.5], [0.2, 0.3, 0.7]).astype(np.float32)

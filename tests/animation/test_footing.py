@@ -1,4 +1,4 @@
-"""Whoever climbs stays up, and stands on something."""
+"""A climbing person stays up and stands on something."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_climbs_stay_up_on_a_body_and_feet_stand_on_solids(
         for number in range(len(props.names))
     ]
     last = [sole_points(moves[-1:], rig, side)[..., 1].min() for side in SIDES]
-    assert min(last) > 0.1  # both feet are up in the end, each on something
+    assert min(last) > 0.1  # both feet are up at the end, each on something
     assert all(min(abs(np.array(tops) - height)) < 0.06 for height in last)
     flat = retarget(motion, body, settings=RetargetSettings(steps="never"))[
         :, rig.bones["pelvis"], 1, 3

@@ -74,10 +74,10 @@ def test_both_hands_close_towards_their_palms_and_alike(body, rig, still):
         order = [
             reach[pose, side][0] for pose in ("flat", "graceful", "relaxed", "hold", "grip", "fist")
         ]
-        assert order == sorted(order, reverse=True)  # ever nearer to the wrist
+        assert order == sorted(order, reverse=True)  # ever closer to the wrist
         assert (
             reach["grip", side][1] > reach["relaxed", side][1] > reach["flat", side][1]
-        )  # ever further out of the palm
+        )  # ever farther out of the palm
         np.testing.assert_array_equal(
             pose_hands(still, rig, body.bone_names, [("rest", "rest")]), still
         )
@@ -188,6 +188,6 @@ def test_hands_go_from_one_actions_pose_to_the_next_ones(body, rig):
         np.testing.assert_allclose(made[frames], retarget(own, body)[frames], atol=2e-5)
     knuckle = rig.bones["left_wrist"], Hand.of(rig, body.bone_names, "left").fingers["middle"][1]
     bend = np.linalg.norm(made[:, knuckle[0], :3, 3] - made[:, knuckle[1], :3, 3], axis=-1)
-    assert np.abs(np.diff(bend)).max() < 0.5 * np.ptp(bend)  # no jump
+    assert np.abs(np.diff(bend)).max() < 0.5 * np.ptp(bend)  # continuous
     unknown = retarget(dataclasses.replace(motion, action_starts=None), body)
     np.testing.assert_allclose(unknown[28:], retarget(single[0], body)[28:], atol=2e-5)  # relaxed

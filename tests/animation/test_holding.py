@@ -1,4 +1,4 @@
-"""Hands hold what they climb on."""
+"""Hands hold the rungs, rails and bars that the person climbs."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def feet(transforms: np.ndarray, body: Body) -> np.ndarray:
 
 
 def depth(transforms: np.ndarray, body: Body) -> np.ndarray:
-    """Depth (T,) under the ground of points all over the skin, meters."""
+    """Return the depth (T,) below the ground of points all over the skin, meters."""
     return np.maximum(-place(rig_of(body).skin, transforms.astype(np.float64))[..., 1].min(-1), 0)
 
 
@@ -137,8 +137,10 @@ def test_real_clips(body: Body, real_clips: Callable[[str, int], list[Motion]], 
 def standing(
     body: Body, skeleton: Skeleton, *, knee: float, lean: float, dip: float, frames: int = 24
 ) -> Motion:
-    """The rig's rest pose as a skeleton sees it whose upright people bend knees and back and point
-    their feet by these degrees."""
+    """Return the rig's rest pose on a skeleton whose upright people bend knees, back and feet.
+
+    The bends are given in degrees.
+    """
     rig = rig_of(body)
     hips = rig.middle("hip")
     at = {name: point - hips for name, point in rig.joints.items()}
@@ -306,8 +308,8 @@ def test_a_root_that_drifts_up_comes_back_to_the_ground(
 
 
 def test_clean_feet_stand_and_raw_feet_do_not(body: Body) -> None:
-    # a person who is carried sideways while standing: feet slide by 0.3 m/s and sink by 4 cm for a
-    # moment
+    # A person who is carried sideways while standing: feet slide by 0.3 m/s and sink by 4 cm for a
+    # moment.
     motion = rest_motion(body, 40)
     slide = np.linspace(0, 0.6, 40)[:, None, None] * np.array([1.0, 0, 0]) - 0.04 * np.exp(
         -(((np.arange(40) - 20) / 2) ** 2)
@@ -405,7 +407,7 @@ def test_contacts_need_low_and_slow_and_keep_hold() -> None:
     x = np.array([0, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
     points = np.stack([x, height, np.zeros(12)], -1)
     on = find_contacts(height, points, fps)
-    assert on[3:7].all()  # the rise to 6 cm in between does not let go
+    assert on[3:7].all()  # the rise to 6 cm in between does not end the contact
     assert not on[[0, 1, 7, 8]].any()
     assert not on[9:].any()  # low but fast
 

@@ -1,4 +1,4 @@
-"""Dense evidence of bodies whose truth is known."""
+"""Dense evidence of bodies with known ground truth."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     at_truth = deep(skin)
     assert deep(skin + torch.tensor([0, 0, 0.5])) == pytest.approx(
         at_truth
-    )  # where the map's zero lies is not known
+    )  # the zero of the map is not known
     assert deep(skin * torch.tensor([1, 1, 1.5])) > 4 * at_truth
     assert deep(skin * torch.tensor([1, 1, -1.0])) > 20 * at_truth
 
@@ -50,7 +50,7 @@ def test_a_map_corrects_landmarks_that_are_too_far_to_the_front() -> None:
     wrong = subject.keypoints_3d.copy()
     wrong[[13, 15, 17, 19, 21], 2] += 0.12  # the left arm
     subject = dataclasses.replace(subject, keypoints_3d=wrong)
-    settings = FitSettings(rounds=5, starts=0, distance=0.0)  # as the subject was seen
+    settings = FitSettings(rounds=5, starts=0, distance=0.0)  # as the detector saw the subject
     without = joint_errors(body, camera, fit_body(subject, settings=settings))
     told = dataclasses.replace(subject, bodymap=bodymap_of(body, camera, 480))
     errors = joint_errors(body, camera, fit_body(told, settings=settings))

@@ -1,5 +1,4 @@
-"""Fingers: bent as landmarks show them, relaxed without them; the rest of the body stays where it
-is."""
+"""Fingers bend as landmarks show them and relax without them; the rest of the body is unchanged."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ LETTERS = (".L", ".R")
 
 
 def landmarks(points: np.ndarray) -> np.ndarray:
-    """What the detector would see of points (21, 3), meters."""
+    """Return what the detector would see of points (21, 3), meters."""
     seen = np.ones((21, 4), np.float32)
     seen[:, :2] = CAMERA.project(points)
     seen[:, 2] = CAMERA.scale * (points[:, 2] - points[0, 2])

@@ -1,4 +1,4 @@
-"""Fitting a body to synthetic subjects whose truth is known."""
+"""Fitting a body to synthetic subjects with known ground truth."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from a2v.body.evidence import gather_evidence
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
 from a2v.body.surface_term import vertex_normals
+from a2v.body.view import USUAL
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
@@ -44,9 +45,7 @@ def test_a_standing_person_is_recovered(
     assert errors.max() < 0.15
     flat = result.camera.flatten(result.body.vertices)
     raster = rasterize(flat, result.body.faces, result.camera.flat, subject.mask.shape)["mask"]
-    assert (
-        mask_iou(raster, subject.mask > 0.5) > 0.95
-    )  # what the residuals say holds at full resolution
+    assert mask_iou(raster, subject.mask > 0.5) > 0.95  # the residuals hold at full resolution
     assert abs(result.residuals["height"] - 1.7) < 0.12
 
 
@@ -63,7 +62,7 @@ def test_the_frame_is_the_photos(
     )
     assert error.mean() == pytest.approx(result.residuals["keypoint_mean"], rel=1e-3)
     assert set(result.residuals["keypoints"]) == set(BLAZEPOSE)
-    # bones and skin of the record agree
+    # bones and skin in the saved record agree
     weights, rest = result.body.weights, result.body.rest_transforms
     assert weights.shape[1] == len(rest) == len(result.body.bone_transforms)
 
@@ -82,7 +81,7 @@ def test_the_detectors_bent_legs_are_not_believed() -> None:
     body = random_body(2)
     subject, _ = subject_of(body)
     points = subject.keypoints_3d.copy()
-    for side in ("left", "right"):  # what mediapipe does to people who stand
+    for side in ("left", "right"):  # errors that mediapipe makes for standing people
         points[BLAZEPOSE.index(f"{side}_knee"), 2] -= 0.04
         for joint in ("ankle", "heel", "foot_index"):
             points[BLAZEPOSE.index(f"{side}_{joint}"), 2] -= 0.2
@@ -249,7 +248,7 @@ def test_standing_people_show_the_distance() -> None:
     assert gather_evidence(subject, dataclasses.replace(QUICK, distance=3.0)).distance_spread == 0
     assert dataclasses.replace(evidence, standing=(True, False)).distance_spread == 0
     found = fit_body(subject, settings=QUICK)
-    assert found.camera.distance < 2.6  # the usual distance is 3 m
+    assert found.camera.distance < 0.95 * USUAL[0]
     assert found.camera.source.endswith("and the fit")
     assert 20 < found.residuals["camera"]["field_of_view"] < 70
 
@@ -261,5 +260,5 @@ def test_the_files_focal_length_tells_the_distance() -> None:
     height = gather_evidence(told, FitSettings()).height
     assert view.distance == pytest.approx(50 / 43.27 * np.hypot(480, 480) * 1.7 / height, rel=1e-3)
     assert "focal length" in view.source
-    assert nothing.distance == pytest.approx(3.0)
+    assert nothing.distance == pytest.approx(USUAL[0])
     assert gather_evidence(told, FitSettings(distance=0.0)).view.distance == 0

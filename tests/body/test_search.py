@@ -1,4 +1,4 @@
-"""The bank of poses, what looks alike, and fits that look wrong."""
+"""The bank of poses, similar poses, and fits that look wrong."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def turned(points: FloatArray, yaw: float) -> FloatArray:
 
 
 def evidence_of(points: FloatArray, *, depth: bool = True) -> Evidence:
-    """A photo of landmarks `COMPARED` (C, 3)."""
+    """Return a photo of landmarks `COMPARED` (C, 3)."""
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     pixels, confidence, told = np.zeros((33, 2)), np.zeros(33), np.full((33, 3), np.nan)
     pixels[index] = 500 + SCALE * points[:, :2] * [1, -1]
@@ -120,7 +120,8 @@ def test_fits_that_look_wrong() -> None:
     )  # no mask
     for name, value in (("keypoint_mean", 0.05), ("keypoint_max", 0.2), ("silhouette_iou", 0.5)):
         assert looks_wrong({**good, name: value})
-    # landmarks and outline that are both a little off convince together of what neither does alone
+    # Landmarks and outline that are both slightly off show together an error that neither shows
+    # alone.
     assert looks_wrong({**good, "keypoint_mean": 0.018, "silhouette_iou": 0.74})
     assert not looks_wrong({**good, "keypoint_mean": 0.018})
     assert not looks_wrong({**good, "silhouette_iou": 0.74})

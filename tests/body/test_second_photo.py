@@ -1,4 +1,4 @@
-"""Which second photo is recommended."""
+"""The recommended side of a second photo."""
 
 from __future__ import annotations
 
@@ -41,6 +41,14 @@ def test_without_an_unsure_limb_the_unseen_side_is_best() -> None:
     assert best_side(errors(), 10.0) == "back"
     assert best_side(errors(), 180.0) == "front"
     assert best_side(errors(), 90.0) == "left"  # turned to their left: the photo shows their right
+
+
+def test_with_several_photos_the_best_side_is_one_that_none_of_them_shows() -> None:
+    assert best_side(errors(), 0.0, 180.0) in ("left", "right")  # front and back are given
+    assert best_side(errors(), 0.0, -90.0, 180.0) == "right"  # front, left and back are given
+    unsure = errors(left_arm=2 * DOUBTFUL)
+    assert best_side(unsure, 0.0, 180.0) == "left"  # a photo from behind shows no depth
+    assert best_side(unsure, 0.0, -90.0) in ("back", "right")  # the photo from the left shows it
 
 
 def test_the_summary_names_camera_limbs_and_photo() -> None:

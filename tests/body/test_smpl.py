@@ -1,5 +1,4 @@
-"""Models of the SMPL family, on a tiny model of the same file format that this file makes out of
-Anny."""
+"""Models of the SMPL family, tested on a tiny model in their file format made from Anny."""
 
 from __future__ import annotations
 
@@ -40,7 +39,7 @@ def file(content: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFactor
     path = tmp_path_factory.mktemp("smpl") / "SMPL_TINY.npz"
     np.savez(
         path, **content, part2num=np.array({"pelvis": 0}, dtype=object)
-    )  # SMPL-X's files hold pickles besides: never opened
+    )  # SMPL-X's files also hold pickles, which are never opened
     return path
 
 
@@ -69,13 +68,13 @@ def test_bones_and_skin_move_together(model: SmplModel, dtype: torch.dtype) -> N
     )
     state = model.forward(angles, betas, move)
     assert state.vertices.dtype == state.transforms.dtype == dtype
-    # rotate a point of the head's flesh with the head's bone alone: what its weights of one mean
+    # Rotate a point of the head's flesh by the head's bone only, as weights of one do.
     rigid = np.flatnonzero(model.weights[:, 15] > 0.9999)[::50]
     local = state.rest_vertices[:, rigid] - state.rest_heads[:, 15:16]
     posed = (state.transforms[:, 15, :3, :3] @ local.mT).mT + state.transforms[:, 15:16, :3, 3]
     assert (
         float((posed - state.vertices[:, rigid]).abs().max()) < 5e-3
-    )  # but for the small pose corrections
+    )  # except for the small pose corrections
     some = torch.tensor([5, 7, 1000])
     torch.testing.assert_close(
         model.forward(angles, betas, move, vertex_ids=some).vertices, state.vertices[:, some]
@@ -131,7 +130,7 @@ def test_a_fit_is_carried_over(carried: tuple[Body, Body, float]) -> None:
         body.bone_transforms[[body.bone_names.index(joint) for joint in joints], :3, 3] - want,
         axis=1,
     )
-    assert errors.max() < 0.05  # three shape directions know no lengths of limbs
+    assert errors.max() < 0.05  # three shape directions do not include lengths of limbs
     assert errors.mean() < 0.03
 
 
@@ -158,11 +157,11 @@ def test_a_person_of_smpl_is_bound_and_walks(carried: tuple[Body, Body, float]) 
         moved[:, body.bone_names.index("left_wrist"), 1, 3]
         - moved[:, body.bone_names.index("left_shoulder"), 1, 3]
     )
-    assert (lifted > 0.3).all()  # the raised arm is raised
+    assert (lifted > 0.3).all()  # the arm is raised as in the photo
 
 
 def load_rest() -> np.ndarray:
-    """HumanAct12's joints of a person who raises the left arm, (1, 24, 3)."""
+    """Return HumanAct12's joints of a person who raises the left arm, (1, 24, 3)."""
     anny = load_body_model()
     turns = np.zeros((anny.n_bones, 3), np.float32)
     turns[anny.bone("upperarm01.L"), 2] = 2.0
@@ -190,7 +189,7 @@ def test_files_that_are_no_models_are_named(tmp_path: Path, content: dict[str, n
     np.savez(tmp_path / "few.npz", f=content["f"])
     for path, words in (
         (str(tmp_path / "m.pkl"), "pickle"),
-        (str(tmp_path / "t.npz"), r"no readable \.npz"),
+        (str(tmp_path / "t.npz"), r"not a readable \.npz"),
         (str(tmp_path / "none.npz"), "does not exist"),
         (str(tmp_path / "few.npz"), "no array v_template"),
         ("smpl", "unknown body model 'smpl'"),

@@ -1,4 +1,4 @@
-"""Limbs that a fit left where the photo does not show them."""
+"""Limbs that a fit left beside their place in the photo."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OVERHEAD = {"arm_raise": 1.9, "arm_swing": 0.0, "arm_twist": 0.0, "elbow_bend": 
 
 
 def posed(side: str, arm: dict[str, float]) -> FloatArray:
-    """Angles (D,) of somebody who stands, one arm bent as given."""
+    """Return the angles (D,) of a standing person with one arm bent as given."""
     space = pose_space(load_body_model())
     angles = space.natural.copy()
     for name, value in arm.items():
@@ -34,7 +34,10 @@ def posed(side: str, arm: dict[str, float]) -> FloatArray:
 
 
 def seen(side: str) -> tuple[Evidence, OrthographicCamera, FloatArray, FloatArray]:
-    """Evidence of somebody with a hand on the hip, the true camera, landmarks and translation."""
+    """Return the evidence of a person with a hand on the hip.
+
+    Also return the true camera, landmarks and translation.
+    """
     model = load_body_model()
     rotations = pose_space(model).rotvecs(torch.from_numpy(posed(side, ON_HIP))).numpy()
     body = make_body(model, rotations, model.shape_default, grounded=True)
@@ -50,7 +53,7 @@ def seen(side: str) -> tuple[Evidence, OrthographicCamera, FloatArray, FloatArra
 def held(
     side: str, arm: dict[str, float], camera: OrthographicCamera, translation: FloatArray
 ) -> Unknowns:
-    """The true fit but for that arm, which is bent as given."""
+    """Return the true fit, except for one arm that is bent as given."""
     shape = load_body_model().shape_default
     return Unknowns.build(
         root=np.zeros(3),
@@ -77,13 +80,13 @@ def test_an_arm_on_the_wrong_side_is_mended(side: str) -> None:
     for _ in range(6):
         objective.renew_silhouette(stuck)
         objective.minimize(stuck, SETTINGS.steps, stage="silhouette")
-    assert gap(objective, stuck, f"{side}_arm") > 2 * STRAY  # the fit alone does not find the way
+    assert gap(objective, stuck, f"{side}_arm") > 2 * STRAY  # the fit alone does not find the pose
     assert list(stray_limbs(objective, stuck)) == [f"{side}_arm"]
     before = stuck.angles.detach().clone()
     mended = mend_strays(objective, load_body_model(), stuck)
     assert mended is not None
     assert stray_limbs(objective, mended) == {}
-    assert torch.equal(stuck.angles.detach(), before)  # the fit itself stays as it was
+    assert torch.equal(stuck.angles.detach(), before)  # the given fit is not modified
     objective.renew_silhouette(mended)
     objective.minimize(mended, 30, stage="silhouette")
     model = load_body_model()

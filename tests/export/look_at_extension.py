@@ -53,7 +53,7 @@ told["extra"] = [
 
 
 def wrong(operator, **options):
-    """What an operator reports where it cannot do its work."""
+    """Return what an operator reports if it cannot work."""
     try:
         operator(**options)
     except RuntimeError as error:
@@ -63,7 +63,7 @@ def wrong(operator, **options):
 
 told["no character"] = wrong(bpy.ops.import_scene.a2v_character, filepath=photo)
 told["no photo"] = wrong(bpy.ops.object.a2v_person, filepath=photo, actions="Walk", wait=True)
-if len(sys.argv) > 4:  # a real photo: the whole of it
+if len(sys.argv) > 4:  # a real photo, not cropped
     told["added"] = sorted(
         bpy.ops.object.a2v_person(filepath=sys.argv[4], actions="Walk", rig="mixamo", wait=True)
     )

@@ -25,7 +25,7 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
     torch.manual_seed(1)
     network = BodyMapNetwork().eval()
     with torch.no_grad():
-        network.out.weight.normal_(0, 0.05)  # fresh ones say nothing
+        network.out.weight.normal_(0, 0.05)  # untrained networks predict nothing useful
         round_to_stored(network)
     path = tmp_path / FILE.name
     export_network(network, path, license="Apache-2.0", extra={"seed": 1})

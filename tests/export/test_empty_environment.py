@@ -1,5 +1,4 @@
-"""`sample.py` and one model file in an environment that has numpy and onnxruntime and nothing
-else."""
+"""`sample.py` runs with one model file in an environment with only numpy and onnxruntime."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ONNX against PyTorch on the same noise, and `sample.py` alone."""
+"""ONNX agrees with PyTorch on the same noise, and `sample.py` works alone."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_unknown_actions_name_the_nearest(exported, action, message):
 
 def test_foreign_files_are_refused(tmp_path):
     (tmp_path / "x.onnx").write_bytes(b"nonsense")
-    with pytest.raises(InputError, match="no motion model"):
+    with pytest.raises(InputError, match="not a motion model"):
         MotionModel.load(tmp_path / "x.onnx")
     with pytest.raises(InputError, match="not found"):
         MotionModel.load(tmp_path / "y.onnx")

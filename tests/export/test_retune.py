@@ -1,4 +1,4 @@
-"""Another guidance and temperature for weights that stay."""
+"""`export.retune` changes guidance and temperature without changing the weights."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ def test_the_shipped_factors_are_those_of_the_table() -> None:
 
 
 def test_what_cannot_be_retuned_says_so(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no window flow"):
+    with pytest.raises(InputError, match="not a window flow"):
         retune(WEIGHTS / "motion_cmu_glmi_m.onnx", tmp_path / "x.onnx", guidance=2, temperature=0.9)
-    with pytest.raises(InputError, match="has no temperature"):  # 1 leaves no trace
+    with pytest.raises(InputError, match="has no temperature"):  # a factor of 1 is not in the graph
         retune(WEIGHTS / "motion_humanact12.onnx", tmp_path / "x.onnx", guidance=2, temperature=0.9)
     for guidance, temperature in ((1.0, 0.9), (2.0, 0.0)):
         with pytest.raises(InputError, match=r"guidance is|temperature is"):

@@ -1,4 +1,4 @@
-"""Tracing to ONNX and what it must not do silently."""
+"""Tracing to ONNX must not silently fix sizes."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ from a2v.tracing import to_onnx
 
 
 class Halves(nn.Module):
-    """Cuts twice its input in two: by `chunk`, which fixes the length, or by a shape that leaves it
-    free."""
+    """Splits twice its input in two: by `chunk`, which fixes the length, or by a free shape."""
 
     def __init__(self, fixed: bool) -> None:
         super().__init__()
         self.fixed = fixed
 
     def forward(self, x: Tensor) -> Tensor:
-        """The difference of the halves."""
+        """Return the difference of the halves."""
         both = torch.cat([x, 2 * x])
         first, second = both.chunk(2) if self.fixed else both.reshape(2, -1, x.shape[1]).unbind()
         return first - second
@@ -49,14 +48,14 @@ def test_weights_are_only_folded_below_the_limit():
     layer = nn.Sequential(nn.Linear(40, 40, bias=False), nn.Linear(40, 40, bias=False))
 
     class Joined(nn.Module):
-        """Both layers as one product."""
+        """Compute both layers as one product."""
 
         def __init__(self) -> None:
             super().__init__()
             self.layer = layer
 
         def forward(self, x: Tensor) -> Tensor:
-            """The layers, one after the other."""
+            """Compute the layers one after the other."""
             return x @ (self.layer[1].weight @ self.layer[0].weight).T
 
     sizes = [{0: torch.export.Dim("batch", min=1)}]

@@ -1,4 +1,4 @@
-"""Videos that several tests look at."""
+"""Videos that several tests use."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from tests.support.footage import QUICK, picture, write_clip
 
 @pytest.fixture(scope="session")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A second of the sample person, who goes to the right of the picture in uneven steps of
-    time."""
+    """One second of the sample person, who moves right in uneven steps of time."""
     times = [0.05 * index + (0.02 if index % 3 == 1 else 0.0) for index in range(20)]
     return write_clip(
         tmp_path_factory.mktemp("clip") / "walk.mp4",
@@ -26,7 +25,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def found(clip: Path) -> tuple[Followed, Moves]:
-    """What is found in it, and the bodies before their feet are planted."""
+    """The detections in the video, and the bodies before feet are planted."""
     kept: list[Moves] = []
     with pytest.MonkeyPatch.context() as patch:
         plain = follow._motion
@@ -43,5 +42,5 @@ def found(clip: Path) -> tuple[Followed, Moves]:
 
 @pytest.fixture(scope="session")
 def followed(found: tuple[Followed, Moves]) -> Followed:
-    """What is found in it."""
+    """The detections in the video."""
     return found[0]

@@ -1,4 +1,4 @@
-"""What a face does is found again in the detector's landmarks of it."""
+"""Expressions of a face are recovered from the detector's landmarks of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The body with few bones is the body; depth does not flicker."""
+"""The body with few bones equals the full body; depth does not flicker."""
 
 from __future__ import annotations
 

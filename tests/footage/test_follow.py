@@ -1,4 +1,4 @@
-"""The sample person, who slides to the right of the picture, becomes a motion."""
+"""A sample person who slides to the right becomes a motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.footage.figure import PARENTS, person_skeleton
-from a2v.footage.follow import evenly, follow_person
+from a2v.footage.follow import follow_person
+from a2v.footage.ground import evenly
 from a2v.footage.remarks import clock
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.names import canonical_joints, missing_joints
@@ -25,7 +26,7 @@ def test_the_motion_lasts_as_long_as_the_video(followed):
 def test_whoever_goes_to_the_right_of_the_picture_goes_to_the_right(found):
     root = found[1].joints[:, 0]
     away = root[-1] - root[0]
-    assert away[0] > 0.3  # 95 pixels of somebody who is 180 tall
+    assert away[0] > 0.3  # 95 pixels of a person of 180 pixels
     assert abs(away[2]) < 0.35
 
 
@@ -56,6 +57,18 @@ def test_a_second_shot_and_a_person_who_leaves_are_said(tmp_path):
     said = " ".join(found.remarks)
     assert "cut at 0:01.3" in said
     assert found.motion.frames in (22, 23)  # 11 steps of 1 / 15 s
+
+
+def test_a_person_who_leaves_for_good_ends_the_motion(tmp_path):
+    seen = [picture(150 + 4 * index) for index in range(15)]
+    path = write_clip(tmp_path / "gone.mp4", seen + [picture(None)] * 45)
+    found = follow_person(path, QUICK)
+    assert found.facts["frames"] == 60
+    assert 13 <= found.facts["seen"] <= 15
+    assert found.motion.frames in (2 * found.facts["seen"] - 2, 2 * found.facts["seen"] - 1)
+    (remark,) = found.remarks
+    last = clock((found.facts["seen"] - 1) / 15)
+    assert remark == f"the person is not seen any more from {last} on"
 
 
 def test_of_two_the_larger_is_followed_and_it_is_said(tmp_path):

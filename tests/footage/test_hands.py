@@ -1,4 +1,4 @@
-"""Fingers of a followed motion are those of the landmarks; hands that are not seen are relaxed."""
+"""Fingers of a tracked motion are those of the landmarks; unseen hands are relaxed."""
 
 from __future__ import annotations
 

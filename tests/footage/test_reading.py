@@ -1,4 +1,4 @@
-"""Videos from outside: true times, upright pictures, and one sentence for what is none."""
+"""Videos from outside: true times, upright pictures, and one sentence for anything else."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ def test_damage_in_the_middle_is_left_out(tmp_path, clip):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "no video"),
-        (b"hello" * 100, "no video"),
-        (b"#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\n/etc/passwd\n", "no video"),
+        (b"", "not a video"),
+        (b"hello" * 100, "not a video"),
+        (b"#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\n/etc/passwd\n", "not a video"),
         (None, "does not exist"),
     ],
 )

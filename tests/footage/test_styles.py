@@ -1,4 +1,4 @@
-"""A folder of videos becomes actions of a model of one's own, beside shipped ones."""
+"""A folder of videos becomes the actions of a custom model, which works beside shipped ones."""
 
 from __future__ import annotations
 

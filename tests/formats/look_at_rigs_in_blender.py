@@ -1,7 +1,7 @@
-"""Run by a Python that has bpy: opens animated characters and says, as JSON, where it sees their
-bones. Imports nothing of a2v.
+"""Open animated characters in Blender and print where it sees their bones, as JSON.
 
-python look_at_rigs_in_blender.py FPS FRAME,FRAME FILE...
+It is run by a Python with bpy and imports nothing of a2v: python look_at_rigs_in_blender.py FPS
+FRAME,FRAME FILE...
 """
 
 import json

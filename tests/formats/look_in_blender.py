@@ -1,7 +1,7 @@
-"""Run by a Python that has bpy: opens a GLB, a BVH and an FBX and says, as JSON, what Blender sees.
-Imports nothing of a2v.
+"""Open a GLB, a BVH and an FBX in Blender and print what it sees, as JSON.
 
-python look_in_blender.py character.glb motion.bvh character.fbx FPS BONE,BONE FRAME,FRAME
+It is run by a Python with bpy and imports nothing of a2v: python look_in_blender.py character.glb
+motion.bvh character.fbx FPS BONE,BONE FRAME,FRAME
 
 The FBX may be "-": then it is left out.
 """
@@ -40,7 +40,7 @@ def heads(armature, action, first):
 
 
 def shapes(meshes):
-    """By name how far the shape keys of the meshes move a vertex at most, meters."""
+    """Return by name the largest offset of a vertex by each shape key, meters."""
     found = {}
     for mesh in meshes:
         scale = mesh.matrix_world.to_scale()[0]

@@ -1,7 +1,7 @@
-"""Run by a Python that has ufbx: writes what it reads in an FBX as JSON. A process of its own: the
-binding's objects may be freed in the wrong order.
+"""Write what ufbx reads in an FBX as JSON.
 
-python look_in_fbx.py file.fbx out.json FPS
+It is a separate process, since the binding's objects may be freed in the wrong order: python
+look_in_fbx.py file.fbx out.json FPS
 """
 
 import gc
@@ -19,7 +19,7 @@ keep = []
 
 
 def held(thing):
-    """The object, kept until the end."""
+    """Return the object, which is kept until the end."""
     keep.append(thing)
     return thing
 

@@ -1,7 +1,7 @@
-"""Run by a Python that has bpy and the VRM add-on (bpy-vrm-format): opens an avatar and a clip and
-says, as JSON, what it sees. Imports nothing of a2v.
+"""Open an avatar and a clip in Blender with the VRM add-on and print what it sees, as JSON.
 
-python look_in_vrm_addon.py avatar.vrm clip.vrma FPS FRAME,FRAME BONE,BONE
+It is run by a Python with bpy and bpy-vrm-format and imports nothing of a2v: python
+look_in_vrm_addon.py avatar.vrm clip.vrma FPS FRAME,FRAME BONE,BONE
 """
 
 import json
@@ -10,7 +10,7 @@ import sys
 import bpy
 from io_scene_vrm.editor.validation import (
     WM_OT_vrm_validator,
-)  # what the add-on runs before it exports, and by "Check VRM Model"
+)  # The add-on runs this before it exports, and for "Check VRM Model".
 
 avatar, clip, fps, frames, bones = (
     *sys.argv[1:3],
@@ -45,7 +45,7 @@ told["custom"] = len(vrm.expressions.custom)
 
 
 class Errors(list):
-    """What the add-on keeps its findings in."""
+    """Holds the add-on's findings."""
 
     def add(self):
         self.append(type("Finding", (), {"message": "", "severity": 0})())

@@ -1,4 +1,4 @@
-"""What Blender makes of our files: `bpy` from PyPI, in this environment or in one of its own."""
+"""Blender opens our files with the same bones, textures and motions."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_the_glb_has_our_bones_clips_frames_hands_and_shapes(
 
 
 def check_shapes(told: dict[str, float], person: Character) -> None:
-    """Shape keys have our names and reach as far as ours, meters."""
+    """Shape keys have our names, and vertices move as far as ours."""
     face = person.surface.face
     assert face is not None
     assert set(told) == set(face.names)

@@ -230,7 +230,7 @@ def broken() -> dict[str, tuple[str, str, str]]:
         "absurd bone": (
             good.replace("OFFSET 0 40 0", "OFFSET 0 40000 0", 1),
             "JOINT Head",
-            "times a limb",
+            "times as long as a limb",
         ),
         "absurd frames": (tiny(frames="999999999"), "Frame Time", "numbers"),
         "frame time": (good.replace("0.0333333", "0"), "Frame Time", "Frame Time"),

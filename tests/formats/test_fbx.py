@@ -1,4 +1,4 @@
-"""FBX as another reader sees it: ufbx, which engines and Blender read FBX with."""
+"""FBX files are read by ufbx, the library of engines and Blender, with our values."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(
         moved, offsets = face.target(name)
         wanted[moved] = offsets
         places, shifts = seen["shapes"][name]
-        assert len(places) < 0.5 * len(seen["vertices"])  # none of those that stay
+        assert len(places) < 0.5 * len(seen["vertices"])  # none of those that should stay
         found = np.zeros((len(source), 3))
         found[places] = np.array(shifts) / 100
         np.testing.assert_allclose(found, wanted[source], atol=1e-6)
@@ -181,7 +181,7 @@ def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(
 
 @pytest.fixture(scope="module")
 def foreign(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The FBX as a GLB, the way that a character of others is read."""
+    """Convert the FBX to GLB as for custom characters."""
     target = tmp_path_factory.mktemp("foreign") / "person.glb"
     fbx_to_glb(path, target)
     return target
@@ -216,7 +216,7 @@ def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(
     back = read_person(tmp_path / "back.glb")
     names = {item["name"] for item in back.file.items("animations")}
     assert "humanoid3d_walk" in names
-    assert {"cartwheel", "walk"} <= names  # the file's own clips stay
+    assert {"cartwheel", "walk"} <= names  # the file's own clips are kept
     assert sorted(back.body.bone_names) == sorted(found.body.bone_names)
     out = tmp_path / "out.json"
     script = Path(__file__).with_name("look_in_fbx.py")
@@ -287,7 +287,7 @@ def test_a_picture_beside_the_file_is_read_and_another_kind_is_left_out(
 
 def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
     for name, data, match in (
-        ("text.fbx", b"hello", "is no FBX"),
+        ("text.fbx", b"hello", "is not an FBX"),
         ("cut.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), "cannot read"),
     ):
         (tmp_path / name).write_bytes(data)

@@ -1,5 +1,7 @@
-"""Godot's own importer (Debian's godot3-server, which needs no screen) on a character with the
-names of its humanoid profile."""
+"""Godot's own importer reads a character with the names of its humanoid profile.
+
+The importer is Debian's godot3-server, which needs no screen.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,7 @@ SECONDS = 90
 
 
 def imported(program: str, folder: Path) -> None:
-    """Open the folder in the editor until the file is imported: it does not end by itself."""
+    """Open the folder in the editor until the file is imported; the editor does not end by itself."""
     editor = subprocess.Popen(
         [program, "--path", str(folder), "--editor"],
         stdout=subprocess.DEVNULL,

@@ -1,4 +1,4 @@
-"""Long hair that swings: which hair gets a layer of its own, and how the layer hangs."""
+"""Long hair that swings: which hair gets a layer, and how it hangs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_long_hair_is_a_layer_on_chains_below_the_head(long: Character) -> None:
     assert (hung.surface.materials[len(long.surface.faces) :] == MATERIALS.index("hair")).all()
     tips = np.argsort(layer[:, 1])[: len(layer) // 10] + count
     moved = hung.weights[tips] * (hung.bones[tips] >= len(long.body.bone_names))
-    np.testing.assert_allclose(moved.sum(axis=1), 1, atol=1e-5)  # tips follow chains alone
+    np.testing.assert_allclose(moved.sum(axis=1), 1, atol=1e-5)  # tips follow only the chains
     np.testing.assert_array_less(np.abs(hung.surface.vertices[tips, 0]), 0.4)
 
 

@@ -1,5 +1,4 @@
-"""Characters of others: motions are carried over to their bones, and everything else of their files
-stays."""
+"""Custom characters get motions on their bones; everything else in their files is unchanged."""
 
 from __future__ import annotations
 
@@ -33,7 +32,7 @@ def cartwheel_clip(data_dir: Path) -> Motion:
 
 
 def answered(*words: str) -> Answer:
-    """What the command says to a command line."""
+    """Return the output of a command line."""
     return command.run(
         parse(
             command.Options,
@@ -46,7 +45,7 @@ def answered(*words: str) -> Answer:
 
 
 def heads_at(path: Path, clip: int, frame: int) -> dict[str, np.ndarray]:
-    """Places of all named nodes, the file's units, as a viewer computes them."""
+    """Return the positions of all named nodes as a viewer computes them, in the file's units."""
     file = read_glb(path)
     nodes = copy.deepcopy(file.json["nodes"])
     animation = file.json["animations"][clip]
@@ -108,7 +107,7 @@ def test_known_rigs_move_as_our_own(
             place = shown[person.body.bone_names[theirs[joint]]] - [0, person.floor, 0]
             np.testing.assert_allclose(
                 place, moves[frame, theirs[joint], :3, 3], atol=2e-4
-            )  # the file shows what was made
+            )  # the file shows the generated motion
             assert np.linalg.norm(place - ours[frame, own[joint], :3, 3]) < 0.06, (
                 joint,
                 frame,
@@ -118,7 +117,7 @@ def test_known_rigs_move_as_our_own(
 def test_a_strangers_avatar_walks_on_the_ground(
     data_dir: Path, cartwheel_clip: Motion, tmp_path: Path
 ) -> None:
-    """Of the VALID library: centimeters, a turned armature, four meshes with skins of their own."""
+    """A character of the VALID library: centimeters, a turned armature, four skinned meshes."""
     source = data_dir / "avatars" / "Asian_F_2_Casual.glb"
     person, moves = danced(source, cartwheel_clip, tmp_path / "after.glb")
     unchanged(source, tmp_path / "after.glb")
@@ -132,7 +131,7 @@ def test_a_strangers_avatar_walks_on_the_ground(
     )
     posed = np.einsum("tvac,vc->tva", blended, skin)
     low = posed[..., 1].min(axis=1)
-    assert low.min() > -0.03  # soles are not in the ground
+    assert low.min() > -0.03  # soles are not below the ground
     assert np.median(np.abs(low)) < 0.02  # and stand on it
     stretched = np.linalg.norm(np.diff(posed, axis=1), axis=-1) / np.maximum(
         np.linalg.norm(np.diff(skin[:, :3], axis=0), axis=-1), 0.02
@@ -143,7 +142,7 @@ def test_a_strangers_avatar_walks_on_the_ground(
     hips = person.body.bone_names[bones["pelvis"]]
     arms = [np.linalg.norm(shown["LeftArm"] - shown["LeftForeArm"]) for shown in (first, last)]
     assert arms[0] == pytest.approx(arms[1], abs=1e-4)
-    assert float(last[hips][2] - first[hips][2]) > 0.3  # it faces +z and goes there
+    assert float(last[hips][2] - first[hips][2]) > 0.3  # it faces +z and walks that way
 
 
 @pytest.mark.parametrize("edition", ["1.0", "0.x"])
@@ -160,7 +159,7 @@ def test_vrm_says_itself_which_bone_is_which(
     before.write_bytes(glb(tree, file.binary))
     person, moves = danced(before, cartwheel_clip, tmp_path / "after.vrm")
     bones = canonical_joints(person.body.bone_names)
-    ahead = 1 if edition == "1.0" else -1  # avatars of 0.x face -z, and go there
+    ahead = 1 if edition == "1.0" else -1  # avatars of 0.x face -z and walk that way
     for frame in (0, 9):
         shown = heads_at(tmp_path / "after.vrm", 0, frame)
         for joint in ("left_wrist", "right_ankle"):

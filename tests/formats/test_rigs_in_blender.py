@@ -1,4 +1,4 @@
-"""Every rig in every format that is animated, as Blender sees its bones."""
+"""Blender sees the bones of every rig in every animated format where we put them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Avatars for TalkingHead: what the files say, and what @met4citizen/talkinghead makes of them in a
-browser."""
+"""Avatars for TalkingHead: contents of the files, and how @met4citizen/talkinghead plays them."""
 
 from __future__ import annotations
 
@@ -91,8 +90,7 @@ def test_the_file_is_what_the_program_looks_for(
 def test_parts_of_the_mesh_are_those_of_the_whole(
     person: Character, avatar: Path, tmp_path: Path
 ) -> None:
-    """Seams between materials must not show: normals and shapes of a part are those of the whole
-    mesh."""
+    """Seams between materials must not show: normals and shapes of a part equal the whole mesh's."""
     body = dataclasses.replace(person.body, model="mixamo")
     write_glb(tmp_path / "whole.glb", dataclasses.replace(person, body=body))
     whole, parts = Glb(tmp_path / "whole.glb"), Glb(avatar)

@@ -1,4 +1,4 @@
-"""USD, read back by USD's own skinning."""
+"""USD files give the same vertices by USD's own skinning."""
 
 from __future__ import annotations
 

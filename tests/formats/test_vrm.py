@@ -1,4 +1,4 @@
-"""VRM 1.0: what the files say, and what @pixiv/three-vrm makes of them in a browser."""
+"""VRM 1.0: contents of the files, and how @pixiv/three-vrm shows them in a browser."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def files(
 
 @pytest.fixture(scope="module")
 def bundle() -> str:
-    """three-vrm with our script as one file."""
+    """Bundle three-vrm with our script into one file."""
     return bundled(Path(__file__).with_name("look_in_three_vrm.mjs"), "three-vrm", *THREE_VRM)
 
 

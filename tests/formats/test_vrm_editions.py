@@ -1,5 +1,4 @@
-"""VRM 0.x beside 1.0, and skirts that swing: what the files say, and what @pixiv/three-vrm makes of
-them in a browser."""
+"""VRM 0.x and 1.0, and skirts that swing, as @pixiv/three-vrm shows them in a browser."""
 
 from __future__ import annotations
 
@@ -167,7 +166,7 @@ def test_a_skirt_hangs_on_chains(person: Character, expressive: Character) -> No
     ).all()
     assert [0.03 < capsule.radius < 0.12 for capsule in springs.capsules] == [True] * 4
     plain = prepare_rig(expressive, {}, rig="vrm")[0]
-    assert with_springs(plain) == (plain, ())  # no skirt, no hair of its own
+    assert with_springs(plain) == (plain, ())  # no skirt and no hair layer
 
 
 def outside(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -212,7 +211,7 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
             np.array([told[when][name] for name in names])
             for when in ("before", "still", "moving", "lifted")
         )
-        assert np.linalg.norm(still - before, axis=1).max() < 0.04  # at rest it hangs as it was
+        assert np.linalg.norm(still - before, axis=1).max() < 0.04  # at rest it hangs unchanged
         assert np.linalg.norm(moving - still, axis=1).max() > 0.05  # the thigh lifts the cloth
         back = [names.index(name) for name in names if name.startswith("skirt_5_")]
         assert np.linalg.norm(lifted - still, axis=1)[back].max() < 0.03  # and not behind

@@ -1,5 +1,4 @@
-"""How many cases are tried: few in the suite, always the same; `make fuzz` tries many new ones
-(A2V_FUZZ a reader)."""
+"""Number of tried cases: few fixed ones in the suite, many new ones with `make fuzz`."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ set_hypothesis_home_dir(tempfile.gettempdir())
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say how much was tried."""
+    """Report how many cases were tried."""
     whole = Tally()
     for tally in TALLIES.values():
         whole.add(tally)

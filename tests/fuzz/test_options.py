@@ -1,5 +1,4 @@
-"""Every option of every command, and tables of jobs, with hostile values: they are taken or refused
-in one sentence."""
+"""Every option, and tables of jobs, take hostile values or refuse them in one sentence."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ from tests.support.hostile import (
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = [name.replace(" ", "_") for name in every_command()]
 PIPE = str(Path(tempfile.mkdtemp()) / "pipe")
-"""A pipe into which nobody writes."""
+"""A pipe that nobody writes to."""
 os.mkfifo(PIPE)
 WORDS = st.one_of(
     st.sampled_from(
@@ -87,7 +86,7 @@ PLAIN = st.sampled_from(
         "none",
     ]
 )
-"""What some option takes: where nothing is refused, files are written."""
+"""Values that some option takes: if none is refused, files are written."""
 
 
 def command(name: str) -> ModuleType:
@@ -122,8 +121,7 @@ def test_options(name, data):
 
 @pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
 def test_every_choice(name):
-    """Each value that an option's help offers is one that it takes, or the whole line is refused in
-    a sentence."""
+    """Each choice in an option's help is accepted, or the whole line is refused in one sentence."""
     options = command(name).Options
     for action in actions_of(options):
         for choice in action.choices or ():

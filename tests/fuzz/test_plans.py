@@ -1,5 +1,4 @@
-"""What motions are asked for and made with: timelines, keyframes, paths, directions, models,
-checkpoints, and what a batch has left."""
+"""Hostile timelines, keyframes, paths, directions, models, checkpoints and batch folders."""
 
 from __future__ import annotations
 

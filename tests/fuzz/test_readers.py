@@ -1,5 +1,4 @@
-"""Every reader of files from outside, on hostile variants of good files: a value or one sentence,
-nothing else."""
+"""Every reader of outside files returns a value or one sentence for hostile variants."""
 
 from __future__ import annotations
 
@@ -522,7 +521,7 @@ def test_characters_of_others(tree, binary):
 
 
 def test_a_whole_character_of_others_is_read(tmp_path):
-    """What `test_characters_of_others` breaks is read when it is whole."""
+    """An intact version of what `test_characters_of_others` damages can be read."""
     (tmp_path / "whole.glb").write_bytes(glb(PERSON, bytes(range(256)) * 2))
     person = read_person(tmp_path / "whole.glb")
     write_person(

@@ -1,5 +1,4 @@
-"""Requests to the page, hostile ones: each is answered, none is a defect, and the list of what
-there is stays readable."""
+"""Every hostile request to the page gets an answer, and the lists stay readable."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ WISH = {
 }
 HEADERS = {"host": "127.0.0.1:8000", "content-type": "application/json"}
 LOOP = asyncio.new_event_loop()
-"""Of all requests: the process that opens photos belongs to it."""
+"""Event loop of all requests; the process that opens photos belongs to it."""
 DEEP = st.sampled_from([700, 900, 990, 5000]).map(
     lambda levels: b'{"model": ' + b"[" * levels + b"]" * levels + b"}"
 )
@@ -43,7 +42,7 @@ DEEP = st.sampled_from([700, 900, 990, 5000]).map(
 def answer(
     app: Any, method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None
 ) -> tuple[int, bytes]:
-    """Status and body of a request, by ASGI itself."""
+    """Return status and body of a request, sent by ASGI directly."""
     path, _, query = (
         path.encode("utf-8", "replace").decode().partition("?")
     )  # as uvicorn decodes it
@@ -77,7 +76,7 @@ def answer(
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[tuple[Any, str, str]]:
-    """The application with a photo and a job that failed, and their names; nothing is computed."""
+    """The application with a photo and a failed job, and their names; nothing is computed."""
     with tempfile.TemporaryDirectory() as folder:
         library = Library(Path(folder))
         photo = ready(library)
@@ -133,7 +132,7 @@ def test_words(page, data):
 
 @given(data=st.data())
 def test_jobs(page, data):
-    """What is wished for is nearly right; a job that is taken is removed again."""
+    """A wish is nearly valid; an accepted job is removed again."""
     body = data.draw(
         st.one_of(
             trees({"photo": page[1], "wish": WISH}).map(lambda tree: json.dumps(tree).encode()),
@@ -214,7 +213,7 @@ def test_addresses(page, data):
 @settings(max_examples=FEW)
 @given(st.one_of(st.sampled_from([picture(), *hostile_uploads()]), edited(picture())), NAMES)
 def test_uploads(page, data, name):
-    """A photo that is taken is removed again."""
+    """An accepted photo is removed again."""
     taken = list[str]()
 
     def ask() -> None:

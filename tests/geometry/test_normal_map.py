@@ -1,4 +1,4 @@
-"""Normal maps: what the coarse mesh with the map shows is what the fine mesh is."""
+"""A coarse mesh with its normal map shows the normals of the fine mesh."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SIZE = 128
 
 
 def sheet(cells: int, mirrored: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A wavy sheet of so many cells a side: vertices, faces, texture coordinates."""
+    """Return vertices, faces and texture coordinates of a wavy sheet with `cells` cells per side."""
     ticks = np.linspace(0, 1, cells + 1)
     grid = np.stack(np.meshgrid(ticks, ticks), axis=-1).reshape(-1, 2)
     vertices = np.column_stack([grid, 0.02 * np.sin(9 * grid[:, 0]) * np.cos(7 * grid[:, 1])])

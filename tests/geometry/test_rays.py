@@ -1,4 +1,4 @@
-"""Rays and closest points give the same answers on any number of threads."""
+"""Rays and closest points are the same for any number of threads."""
 
 import subprocess
 

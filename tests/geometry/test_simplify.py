@@ -1,4 +1,4 @@
-"""Fewer triangles: what is left is exact, closed and keeps to the texture's charts."""
+"""A simplified mesh has original vertices, is closed and stays within the texture's charts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def ball() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def chart(points: np.ndarray, front: np.ndarray) -> np.ndarray:
-    """Where places (F, 3, 3) of faces lie in the texture."""
+    """Return where places (F, 3, 3) of faces lie in the texture."""
     return (0.2 * points[..., :2] + np.where(front, 0.25, 0.75)[:, None, None]).astype(np.float32)
 
 

@@ -1,4 +1,4 @@
-"""Forward kinematics with its gradient written out, against autograd through the plain one."""
+"""The hand-written gradient of forward kinematics agrees with autograd."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_values_and_gradients_are_autograds(
     skeleton = SKELETONS[name]
     generator = torch.Generator().manual_seed(0)
     rotations = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)
-    # no turn at all, hardly any, where the series begins, and more than half a turn
+    # no rotation, a tiny one (where the series applies), and more than half a turn
     rotations[0], rotations[1], rotations[2], rotations[3] = (
         0,
         rotations[1] * 1e-7,

@@ -1,4 +1,4 @@
-"""Feet that stand where they stand."""
+"""Feet in contact do not slide."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_feet_that_slide_stand(slide: float) -> None:
     planted = plant_feet(joints, CMU, FPS)
     assert np.median(sliding(planted)) < 0.03
     np.testing.assert_allclose(bone_lengths(planted, CMU), bone_lengths(joints, CMU), atol=1e-4)
-    # without a jerk: no joint of a leg is thrown farther than it was
+    # without a jerk: no joint of a leg accelerates more than before
     legs = [joint for leg in legs_of(CMU) for joint in leg[1:]]
     jolt = [
         np.linalg.norm(np.diff(clip[:, legs], 2, axis=0), axis=-1).max() * FPS**2

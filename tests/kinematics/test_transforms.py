@@ -83,7 +83,7 @@ def test_bones_that_are_turned_right_back_still_point_where_they_did(angle, dtyp
         again = forward_kinematics(
             rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton
         )
-        # the axis of a bone that is all but turned back is known to the root of the precision
+        # the axis of a bone that is almost turned back is known to the square root of the precision
         assert np.abs(again - joints).max() < {"float32": 5e-4, "float64": 3e-8}[dtype]
 
 

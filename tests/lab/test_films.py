@@ -1,4 +1,4 @@
-"""Studio films: the truth is where the pictures show it."""
+"""Studio films: the ground truth matches the pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every training shares: checkpoints that cannot be mixed up, and rates."""
+"""Common parts of trainings: checkpoints that cannot be mixed up, and rates."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_run_finds_what_it_saved(tmp_path):
     first.save(
         {"model": {"w": torch.arange(3)}}, [{"iteration": 1.0}, {"iteration": 2.0, "loss": 0.5}]
     )
-    second = run_in(tmp_path, threads=2)  # threads do not change what is learned
+    second = run_in(tmp_path, threads=2)  # threads do not change the result
     content = second.resume(["model"])
     assert content is not None
     assert torch.equal(content["model"]["w"], torch.arange(3))

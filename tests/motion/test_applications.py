@@ -36,7 +36,7 @@ from tests.support.motions import waving
 
 @pytest.fixture(scope="module")
 def models(tmp_path_factory):
-    """An untrained model of each kind: what is tested holds for any weights."""
+    """An untrained model of each kind: the tested properties hold for any weights."""
     folder = tmp_path_factory.mktemp("models")
     data = waving(clips=8, frames=40)
     torch.manual_seed(0)
@@ -128,7 +128,7 @@ def test_outpainting_keeps_the_given_poses_and_goes_on_smoothly(model):
 
 
 def test_outpainting_depends_on_what_is_given(model):
-    """The same noise after two different starts must give two different futures."""
+    """The same noise after two different starts gives two different continuations."""
     futures = [
         outpaint(
             model, model.sample("slow", frames=7, seed=seed), "slow", frames=20, count=1, seed=1
@@ -302,8 +302,8 @@ SHIPPED = {
 
 @pytest.mark.parametrize("name", sorted(SHIPPED))
 def test_long_sequences_do_not_drift(name):
-    """600 frames: speed, height over the floor, uprightness and the floor itself stay what they are
-    in the first window."""
+    """In 600 frames speed, height above the floor, uprightness and floor stay as in the first
+    window."""
     model = MotionModel.load(name)
     window = model.card.window_frames
     head = model.skeleton.index("head")

@@ -1,4 +1,4 @@
-"""Actions that begin where people get going."""
+"""Actions that begin with the movement."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def test_what_people_stand_still_is_found_but_for_a_moment() -> None:
 
 
 def seconds_until_it_moves(motion: Motion) -> float:
-    """Until joints are half as fast as they are fast in four seconds of any clip of the action."""
+    """Return the seconds until the mean speed of the joints reaches half of the action's `FAST`."""
     speed = np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1)
     even = np.convolve(speed, np.ones(8) / 8, mode="valid") * motion.fps
     return float(np.argmax(even > 0.5 * FAST[str(motion.action)]) / motion.fps)
 
 
-#: Meters a second of the mean joint where the action is under way.
+# : Mean speed of the joints, meters per second, at which the action is in progress.
 FAST = {"Jump kick": 1.0, "Hop and turn": 0.5, "Start running": 1.2}
 
 

@@ -1,5 +1,4 @@
-"""The card: shipped files are read whole, and what is missing, of another kind or absurd is told
-with the file's name."""
+"""Model cards: shipped files are read whole; missing or absurd entries are reported by file."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ FILE = Path("mine.onnx")
 
 @pytest.fixture(scope="module", params=["cmu", "humanact12-glmi-r"])
 def said(request):
-    """What a shipped flow and a shipped VAE say of themselves."""
+    """Return the descriptions of a shipped flow and a shipped VAE."""
     return read_metadata(
         WEIGHTS / BUNDLED[request.param], (STEP_FORMAT, WINDOW_FORMAT), "motion model"
     )
@@ -154,13 +153,14 @@ def test_absurd_windows_are_refused(changes):
 
 
 def test_an_action_without_clips_cannot_be_asked_for():
-    """All clips of an action may be of held-out people."""
+    """All clips of an action may be from held-out people."""
     path = WEIGHTS / BUNDLED["cmu"]
     said = read_metadata(path, (WINDOW_FORMAT,), "motion model")
     model = MotionModel(path, parse_card(said | {"active": [[], *said["active"][1:]]}, path))
     assert model.sample("Jump", frames=3).frames == 3
     for ask in (model.sample, model.sample_native):
         with pytest.raises(
-            InputError, match=r"motion_cmu\.onnx has seen no clip of 'Walk'; choose another action"
+            InputError,
+            match=r"motion_cmu\.onnx was not trained on clips of 'Walk'; choose another action",
         ):
             ask("Walk", frames=3)

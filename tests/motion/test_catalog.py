@@ -1,4 +1,4 @@
-"""Words to actions of every source, measured on prompts that were written before the matcher."""
+"""Words to actions of every source, measured on prompts written before the matcher."""
 
 from __future__ import annotations
 

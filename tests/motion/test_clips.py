@@ -1,4 +1,4 @@
-"""The library of clips: what ships, and how it plays."""
+"""The library of clips: its contents and how they play."""
 
 from __future__ import annotations
 

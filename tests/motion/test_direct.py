@@ -203,11 +203,11 @@ def test_what_cannot_be_directed_says_so(model: MotionModel) -> None:
     path = GroundPath(PATHS["straight"])
     with pytest.raises(InputError, match="cannot be directed"):
         directed(MotionModel.load("humanact12"), steps=[Step(action="walk")], path=path)
-    with pytest.raises(InputError, match="pace is 0 m a second; expected"):
+    with pytest.raises(InputError, match="pace is 0 m/s; expected"):
         directed(model, path=path, pace=0.0)
     with pytest.raises(InputError, match="one action"):
         directed(model, steps=[*WALK, *WALK], path=path)
-    with pytest.raises(InputError, match="the same"):
+    with pytest.raises(InputError, match="are equal"):
         GroundPath(np.array([[0, 0], [0, 0.0]]))
     with pytest.raises(InputError, match="expected 2 to"):
         GroundPath(np.zeros((1, 2)))

@@ -1,4 +1,4 @@
-"""Actions that are named after the path that they walk."""
+"""Actions that are named after their path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Windows that go on from one another: how much of a window is taken, and how evenly they join."""
+"""Windows that continue one another: how much of each is used, and how smoothly they join."""
 
 from __future__ import annotations
 

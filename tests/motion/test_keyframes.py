@@ -1,4 +1,4 @@
-"""Keyframes and held joints out of files and words."""
+"""Keyframes and held joints from files and words."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ def test_a_file_of_keyframes(model: MotionModel, folder: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("walk", "no list of"),
+        ("walk", "not a list of"),
         ("- walk", "entry 1 of"),
-        ("- {time: 1}", "asks for nothing"),
+        ("- {time: 1}", "is empty"),
         ("- {time: 1, speed: 2}", "unknown entry"),
         ("- {time: soon, at: [0, 1]}", "expected a number"),
         ("- {at: [0, 1]}", "frame of entry 1"),

@@ -1,4 +1,4 @@
-"""The page that makes motions, in a real browser without network, against Python."""
+"""The page that generates motions, in a real browser without network, agrees with Python."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def visit(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Opens a file; in the end nothing has failed and nothing was asked for."""
+    """Open a file; at the end nothing has failed and nothing was requested."""
     asked: list[str] = []
     errors: list[str] = []
 
@@ -104,13 +104,13 @@ def sampled(
     noise: list[np.ndarray],
     guidance: float | None = None,
 ) -> np.ndarray:
-    """Joints (T, J, 3) that the page makes of given noise."""
+    """Return the joints (T, J, 3) that the page generates from given noise."""
     given = [labels.tolist(), [part.ravel().tolist() for part in noise], guidance]
     return np.array(page.evaluate(SAMPLE, given), np.float32).reshape(len(labels), -1, 3)
 
 
 def expected(model: Model, labels: np.ndarray, noise: list[np.ndarray]) -> np.ndarray:
-    """The same by Python."""
+    """Return those of Python."""
     parts = list(noise)
     joints, _ = model.generate(
         labels[None], model.bone_lengths[None], lambda shape, at: parts.pop(0).reshape(shape)

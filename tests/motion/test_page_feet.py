@@ -1,4 +1,4 @@
-"""The page plants feet as Python does: its script, run by Node, on the same joints."""
+"""The page's script, run by Node, plants feet as Python does."""
 
 from __future__ import annotations
 

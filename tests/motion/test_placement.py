@@ -1,4 +1,4 @@
-"""Where clips stand: bones, paths, floors."""
+"""Places of clips: bones, paths, floors."""
 
 from __future__ import annotations
 

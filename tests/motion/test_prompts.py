@@ -1,5 +1,4 @@
-"""Free text to actions: prompts that were written before the matcher, and how a prompt is taken
-apart."""
+"""Free text to actions: prompts written before the matcher, and how a prompt is split."""
 
 from __future__ import annotations
 

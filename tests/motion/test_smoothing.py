@@ -1,4 +1,4 @@
-"""Jerky actions are smoothed, and only they."""
+"""Jerky actions are smoothed, others are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who goes faster takes longer steps."""
+"""A faster tempo gives longer steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paths out of words, tables and drawings."""
+"""Paths from words, tables and drawings."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def test_a_drawing_is_a_path_in_centimeters_from_its_first_point(tmp_path: File)
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("p.csv", "x,z\n0,0\na,b\n", "no point of a path"),
-        ("p.yaml", "walk", "no path"),
+        ("p.csv", "x,z\n0,0\na,b\n", "not a point of a path"),
+        ("p.yaml", "walk", "not a path"),
         ("p.yaml", "- [1, 2, 3]\n- [1, 2, 4]", "expected 2 to"),
-        ("p.svg", "<svg", "no drawing"),
+        ("p.svg", "<svg", "not a drawing"),
         ("p.svg", "<svg xmlns='http://www.w3.org/2000/svg'/>", "draws no line"),
         ("p.svg", "<!DOCTYPE svg [<!ENTITY a 'b'>]><svg>&a;</svg>", "entities"),
     ],

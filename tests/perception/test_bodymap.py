@@ -1,4 +1,4 @@
-"""The body map: its square of the photo, its landmarks, and what it sees of people."""
+"""The body map: its square of the photo, its landmarks, and its predictions."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 @pytest.mark.parametrize("side", [180.0, 700.0, 1300.0])
 def test_the_square_shows_the_photo_where_it_lies(side: float) -> None:
-    """A bright blot of the photo lies in the network's picture where `_in_pixels` takes it back
-    from."""
+    """A bright spot of the photo appears in the network's picture where `_in_pixels` maps it back."""
     image, mask = np.zeros((900, 1000, 3), np.uint8), np.zeros((900, 1000), np.float32)
     middle, spot = np.array([520.0, 430.0]), np.array([560.5, 380.5])
     rows, columns = np.mgrid[:900, :1000]
@@ -62,8 +61,7 @@ def test_landmarks_keep_the_persons_proportions() -> None:
 
 
 def test_the_surer_of_two_counts() -> None:
-    """A left wrist that the two see 20 cm apart, in the picture and in depth, is where the surer
-    one sees it, with less confidence."""
+    """A left wrist with two results 20 cm apart takes the more certain one, with less confidence."""
     body = random_body(5, bend_legs=True)
     subject, camera = subject_of(body)
     found = bodymap_of(body, camera, 480)
@@ -110,7 +108,7 @@ def test_of_who_stands_the_detector_knows_the_depths() -> None:
     )
     assert (
         keypoints[15, 0] - subject.keypoints[15, 0] > 0.015 * camera.scale
-    )  # where it is seen the map says all the same
+    )  # where the person is visible the map is unchanged
 
 
 def test_keypoints_of_the_users_stay() -> None:

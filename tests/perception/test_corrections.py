@@ -1,4 +1,4 @@
-"""Corrections: what a file may say, and what they change."""
+"""Corrections: what a file may contain and what it changes."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_file_goes_round_and_fractions_are_pixels_of_the_photo() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("- 1", "no mapping"),
+        ("- 1", "not a mapping"),
         ("landmark: {}", "unknown part 'landmark'"),
         ("landmarks: {left_wirst: [1, 2]}", "unknown landmark 'left_wirst'"),
         ("landmarks: {nose: [1]}", "nose is at"),
@@ -140,7 +140,7 @@ def test_a_moved_landmark_is_certain_and_takes_the_hand_along(subject: Subject) 
         subject.keypoints_3d,
         Corrections.of({"landmarks": {"left_wrist": [u + 300, v]}}),
     )
-    assert np.isnan(space[WRIST]).all()  # something else was seen there
+    assert np.isnan(space[WRIST]).all()  # the detector saw something else there
 
 
 @pytest.mark.slow
@@ -175,7 +175,7 @@ def test_the_fitted_wrist_goes_where_the_landmark_is_put(
     asked = at_once.keypoints[WRIST, :2]
     quick = fit_body(
         at_once, settings=FitSettings(rounds=1), initial=fitted
-    )  # what the page draws a second after
+    )  # the page draws this a second later
     assert (
         np.linalg.norm(quick.camera.project(landmarks(quick))[WRIST] - asked)
         < 0.015 * subject.image.shape[0]
@@ -230,7 +230,7 @@ def test_who_of_two_is_meant(photo: np.ndarray, subject: Subject) -> None:
     for who in (2, box):
         other = find_person(scene, corrections=Corrections.of({"person": who}))
         assert other.crop[0] >= width * 0.9
-    with pytest.raises(InputError, match="ask for person 3, but 2"):
+    with pytest.raises(InputError, match="select person 3, but only 2"):
         find_person(scene, corrections=Corrections.of({"person": 3}))
     with pytest.raises(InputError, match="no person is found in the box"):
         find_person(scene, corrections=Corrections.of({"person": [0, 0, 9, 9]}))

@@ -1,4 +1,4 @@
-"""Landmarks of a face: many glances at it agree better than two of them."""
+"""Landmarks of a face from many crops agree better than those from two."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Landmarks of hands: found on the sample, on their own side, in the photo's pixels; not where no
-hand is."""
+"""Landmarks of hands are found on their own side, in the photo's pixels, and only on hands."""
 
 from __future__ import annotations
 

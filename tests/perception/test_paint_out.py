@@ -28,7 +28,7 @@ def test_the_horizon_goes_on_behind_the_person():
     assert off.mean() < 8  # grain alone is 4 on average between two of its draws
     assert (
         off.max(axis=-1) > 60
-    ).mean() < 0.02  # the red has gone, and the borders of sea and sand run through
+    ).mean() < 0.02  # the red is gone, and the borders of sea and sand are continuous
     away = np.zeros_like(hole)
     away[:, :60] = away[:, 100:] = True
     changed = (painted[away] != photo[away]).any(axis=-1)

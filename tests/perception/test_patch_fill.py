@@ -1,4 +1,4 @@
-"""Holes that are filled by patches of the rest of the picture."""
+"""Holes are filled with patches of the rest of the picture."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_the_light_on_a_wall_goes_on_without_bands() -> None:
     ).mean() < 0.06  # where the border between wall and floor is a few pixels off
     rows = slice(
         40, 90
-    )  # the wall's mean over the hole falls as it does around: no step at either rim
+    )  # the wall's mean over the hole changes as around it: no step at either border
     inside = painted[rows, 88:122].mean(axis=(0, 2))
     assert np.abs(np.diff(inside)).max() < 3
     across = painted[95:115, 105].mean(

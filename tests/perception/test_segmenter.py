@@ -1,5 +1,4 @@
-"""What the pose detector overlooks: people who are not found at once, and parts that a mask
-lacks."""
+"""People and parts that the pose detector does not find at once."""
 
 from __future__ import annotations
 
@@ -69,7 +68,7 @@ def test_who_is_not_found_at_once_is_found_in_a_wider_picture(
     large = cv2.warpAffine(photo, matrix, (512, 512), borderMode=cv2.BORDER_REPLICATE)
     truth = cv2.warpAffine(person.mask, matrix, (512, 512)) > 0.5
     with Detector() as detector:
-        assert detector.one(large) is None  # the case that this is for
+        assert detector.one(large) is None  # this case needs the segmenter
         found = detector.people(large)
     assert len(found) == 1
     assert found[0].mask.shape == (512, 512)

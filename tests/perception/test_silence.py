@@ -1,4 +1,4 @@
-"""What mediapipe's C++ remarks does not reach the user; errors do."""
+"""Remarks of mediapipe's C++ do not reach the user; errors do."""
 
 from __future__ import annotations
 
@@ -46,8 +46,7 @@ def test_what_was_said_before_an_exception_is_not_lost(capfd: pytest.CaptureFixt
 
 
 def test_mediapipe_says_nothing() -> None:
-    """In a process of its own, where the models are opened for the first time; its threads say so
-    when they like."""
+    """The models are opened in a new process; its threads print at any time."""
     code = (
         "import numpy as np, time\n"
         "from a2v.perception.detector import Detector\n"

@@ -1,5 +1,4 @@
-"""``a2v batch``: each result once, failures that stop nothing, runs that go on, tables of it
-all."""
+"""``a2v batch``: results are made once, failures stop nothing, runs resume, tables list all."""
 
 from __future__ import annotations
 
@@ -33,8 +32,8 @@ def records(out: Path) -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> tuple[Path, Path]:
-    """Jobs and their folder: three that succeed, of which two share their person and one is given
-    twice, and three that cannot."""
+    """Jobs and their folder: three succeed (two share their person, one is given twice), three
+    fail."""
     folder = tmp_path_factory.mktemp("batch")
     shutil.copy(SAMPLE, folder / "me.jpg")
     (folder / "poisoned.jpg").write_bytes(SAMPLE.read_bytes()[:5000])
@@ -247,11 +246,11 @@ def test_a_task_is_given_up_when_it_dies_more_often_than_others_not_where_all_do
         alone.flew("a", 20.0, lost=True)
         alone.flew(f"b{number}", 200.0, lost=False)
     assert alone.hopeless("a")
-    for number in range(12):  # workers are killed whatever they do
+    for number in range(12):  # workers are killed in every task
         among.flew("a", 60.0, lost=True)
         among.flew(f"b{number}", 60.0, lost=True)
         assert not among.hopeless("a")
-    for _ in range(schedule.LOSSES + 4):  # two that use up the memory among many that do not
+    for _ in range(schedule.LOSSES + 4):  # two that run out of memory among many that do not
         two.flew("a", 10.0, lost=True)
         two.flew("b", 10.0, lost=True)
         for number in range(10):

@@ -1,4 +1,4 @@
-"""A node's key follows the code that the node reaches, and nothing else."""
+"""A node's key depends on the code that the node reaches, and on nothing else."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def digest(root: Path, step: Step) -> str:
 
 
 class Edited:
-    """Files that differ inside the block: those given have one more line, or byte."""
+    """Change files inside the block: those given have one more line or byte."""
 
     def __init__(self, *paths: Path, line: bytes = b"EDITED = 1") -> None:
         self.line = line

@@ -1,5 +1,4 @@
-"""The engine on small numeric nodes: caching by content, partial runs, fan-out, resume after a
-kill."""
+"""The engine on small numeric nodes: caching by content, partial runs, fan-out, resuming."""
 
 from __future__ import annotations
 
@@ -47,7 +46,7 @@ def go(store: Store, target="total", *, length=4, factor=2.0, views=VIEWS, **opt
 
 
 def computed(outcome: Outcome) -> dict[str, int]:
-    """How often each node really ran."""
+    """Return how often each node really ran."""
     return {
         name: stats.calls - stats.cached
         for name, stats in outcome.nodes.items()
@@ -158,7 +157,7 @@ def test_a_value_lost_in_the_middle_of_a_run_is_made_again(store):
     taken = []
 
     def thief(update: Update) -> None:
-        if update.node == "item" and not taken:  # the squares were asked for just before or after
+        if update.node == "item" and not taken:  # the squares were requested just before or after
             for ref in list(first.values["square"]):
                 store.path(ref).unlink(missing_ok=True)
             taken.append(True)

@@ -1,5 +1,4 @@
-"""Workers that are killed, schedulers that are not there or go away: one line that names cause and
-remedy."""
+"""Killed workers and lost schedulers give one line with cause and remedy."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @memo()
 def doomed(item: Ref[Numbers]) -> Ref[Numbers]:
-    """Dies as a process does that has no memory left."""
+    """End like a process that ran out of memory."""
     if get(item, Numbers).values[0] >= 0:
         os.kill(os.getpid(), signal.SIGKILL)
     return item
@@ -40,7 +39,7 @@ def doomed(item: Ref[Numbers]) -> Ref[Numbers]:
 
 @memo(remember=False)
 def slow(item: Ref[Numbers]) -> Ref[Numbers]:
-    """Long enough for a scheduler to die meanwhile."""
+    """Run long enough for a scheduler to die meanwhile."""
     time.sleep(20)
     return item
 
@@ -53,14 +52,14 @@ def go(node, store: Store, executor):
 
 
 def test_a_worker_that_is_killed_every_time_is_explained(tmp_path):
-    with pytest.raises(A2VError, match=r"memory was used up.*fewer --workers") as caught:
+    with pytest.raises(A2VError, match=r"ran out of memory.*fewer --workers") as caught:
         go(doomed, Store(tmp_path), "local")
     assert "\n" not in str(caught.value)
 
 
 def test_a_worker_of_dask_that_is_killed_every_time_is_explained(tmp_path):
     pytest.importorskip("distributed")
-    with pytest.raises(A2VError, match="memory was used up") as caught:
+    with pytest.raises(A2VError, match="ran out of memory") as caught:
         go(doomed, Store(tmp_path), "dask")
     assert "\n" not in str(caught.value)
 
@@ -153,8 +152,7 @@ def test_workers_that_are_stopped_leave_nothing_half_written(tmp_path):
 
 
 def test_no_thread_of_a_stopped_pool_is_left_for_the_interpreters_end(monkeypatch, tmp_path):
-    """At its end the interpreter writes to the pipe of a pool's thread, which that thread may just
-    have closed."""
+    """At its end the interpreter writes to the pipe of a pool's thread, which may be closed."""
     close, before = _ThreadWakeup.close, set(threading.enumerate())
 
     def slowly(pipe: _ThreadWakeup) -> None:

@@ -1,4 +1,4 @@
-"""A photo is forgotten: all that was computed from it goes, what was computed from others stays."""
+"""Forgetting a photo removes everything computed from it, and nothing else."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from pipelines.nodes.values import Blob
 
 @memo()
 def person(photo: Ref[Blob], mask: Ref[Blob] | None) -> Ref[Blob]:
-    """What is made of a photo."""
+    """A value made from a photo."""
     return put(Blob.of(b"person of " + bytes(get(photo, Blob))))
 
 
 @memo()
 def pose(number: int) -> Ref[Blob]:
-    """What is made of no photo."""
+    """A value made from no photo."""
     return put(Blob.of(b"pose %d" % number))
 
 
 @memo()
 def film(people: np.ndarray, poses: list[Ref[Blob]]) -> Ref[Blob]:
-    """What is made of arrays of both."""
+    """A value made from arrays of both."""
     return put(Blob.of(b" and ".join(bytes(get(ref, Blob)) for ref in [*people.ravel(), *poses])))
 
 
@@ -76,7 +76,7 @@ def test_what_depends_on_a_photo_goes_and_the_rest_stays(store: Store) -> None:
         3,
         0,
         5,
-    )  # the mask too, which nobody else uses
+    )  # also the mask, which nobody else uses
     assert gone.bytes > 0
     with using(store):
         calls = set((store.folder / "calls").rglob("*.json"))
@@ -89,7 +89,7 @@ def test_what_depends_on_a_photo_goes_and_the_rest_stays(store: Store) -> None:
 def test_forgetting_that_was_cut_off_can_be_done_again(
     store: Store, monkeypatch: pytest.MonkeyPatch, steps: int
 ) -> None:
-    """After any number of removed files the rest is still found from the photo."""
+    """After any number of removed files the rest can still be found from the photo."""
     removed, remove = list[Path](), forget_module._remove
 
     def until_killed(store: Store, path: Path) -> None:
@@ -144,6 +144,6 @@ def test_the_command_forgets_by_the_file(
     )
     said = capsys.readouterr().out
     assert "3 results" in said
-    assert "not touched" in said
+    assert "not removed" in said
     assert mentions(store.folder, b"person of one") == []
     assert b"person of other" in texts(store)

@@ -1,4 +1,4 @@
-"""The front door in Python gives what the commands give, to the byte; `docs/python.md` runs."""
+"""The Python functions write the same bytes as the commands; `docs/python.md` runs."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_clips_are_those_of_the_command(me, walk, tmp_path):
 
 
 def test_edits_reach_the_clips_of_a_character(me, walk, tmp_path):
-    """They were read and forgotten: --in-place and --mirror did nothing."""
+    """--in-place and --mirror must have an effect: they were once read and ignored."""
     command(
         "character",
         "--photo",

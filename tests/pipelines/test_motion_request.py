@@ -1,4 +1,4 @@
-"""Which model makes what is asked for."""
+"""The model that is chosen for a request."""
 
 from __future__ import annotations
 

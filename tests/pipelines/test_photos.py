@@ -1,9 +1,9 @@
-"""Several photos of one person: how they are asked for, what they share with one photo, and that a
-character comes out."""
+"""Several photos of one person: requests, shared results with one photo, and a character."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image, ImageOps
@@ -12,6 +12,7 @@ import a2v
 from a2v.errors import InputError
 from a2v.types import Body, Character, Surface
 from pipelines.commands import reconstruct
+from pipelines.commands.video import caption_of
 from pipelines.engine.graph import build
 from pipelines.engine.store import Store
 from pipelines.graph import video_graph
@@ -24,7 +25,7 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 @pytest.fixture(scope="module")
 def photos(tmp_path_factory) -> list[str]:
-    """The sample's person, and the same seen in a mirror, once as it is and once half as bright."""
+    """The sample's person, and its mirror image unchanged and half as bright."""
     folder, picture = tmp_path_factory.mktemp("photos"), ImageOps.mirror(Image.open(SAMPLE))
     picture.save(folder / "mirrored.jpg", quality=95)
     picture.point([value // 2 for value in range(256)] * 3).save(folder / "dark.jpg", quality=95)
@@ -116,6 +117,20 @@ def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_kn
     assert again.nodes["subject"].cached == 1
     assert (again.nodes["other_subject"].calls, again.nodes["other_subject"].cached) == (2, 1)
     assert (again.nodes["each_fit"].calls, again.nodes["each_fit"].cached) == (3, 2)
+
+
+@pytest.mark.parametrize("node", ["photo_body", "joint_fit"])
+def test_the_sheet_names_camera_limbs_and_second_photo_of_the_final_fit(node):
+    camera = {"distance": 2.5, "distance_from": "given", "field_of_view": 50.2}
+    told = {"camera": camera, "limb_errors": {"left_arm": 0.2}, "second_photo": "left"}
+    nodes = {node: SimpleNamespace(measures=told), "each_fit": SimpleNamespace(measures={})}
+    lines = caption_of(SimpleNamespace(nodes=nodes))
+    assert lines == [
+        "camera 2.5 m away, 50 degrees wide (given)",
+        "expected error in depth: left arm 20 cm",
+        "best second photo: left",
+    ]
+    assert caption_of(SimpleNamespace(nodes={})) == []
 
 
 def test_several_photos_need_the_canonical_character(photos, tmp_path):

@@ -1,5 +1,7 @@
-"""Ray as the executor: in an environment of its own that sees the packages of this one
-(`scripts/make_ray_environment.sh`), else skipped."""
+"""Ray as the executor, in its own environment that sees this one's packages, else skipped.
+
+`scripts/make_ray_environment.sh` makes the environment.
+"""
 
 from __future__ import annotations
 
@@ -76,8 +78,7 @@ def test_a_worker_that_dies_takes_only_its_own_task(monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_a_batch_gives_the_same_files(tmp_path):
-    """People are remembered from the first run; motions and videos are made by Ray's workers in a
-    store of their own."""
+    """People come from the first run's store; Ray's workers make motions and videos in their own."""
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
     (tmp_path / "jobs.csv").write_text("photo,action,seed\nme.jpg,Walk,7\nme.jpg,Jump,8\n")
     assert batch(tmp_path / "jobs.csv", tmp_path / "serial", *LIGHT) == 0

@@ -1,4 +1,4 @@
-"""Stores behind object stores: what goes there, what comes back, and what is believed."""
+"""Stores with object stores: what is sent, what is fetched, and what is trusted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One request, the same from the command line, a table and Python."""
+"""One request has the same values from the command line, a table and Python."""
 
 from __future__ import annotations
 
@@ -66,18 +66,21 @@ OTHERS = {
     "perception.band": 0.05,
     "retarget.life.hands": "fist",
 }
-"""Values that are not the defaults; numbers are one more and switches the other way where none is
-named."""
+"""Values that are not the defaults.
+
+Where none is named, numbers are one more and switches are inverted.
+"""
 UNUSABLE = {
     "pifuhd",
     "pifu_geometry",
     "pifu_color",
     "pamir_geometry",
     "pamir_texture",
+    "pamir_refine",
     "implicit.weights",
     "implicit.digest",
 }
-"""What only files of one's own can resolve."""
+"""Values that only custom files can resolve."""
 FILTERS = {"license"}
 """What leaves sources out: of "Walk" every license has the same."""
 
@@ -99,7 +102,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 def choices_of(name: str) -> tuple[str, ...]:
-    """All that an option may be, where that is a list."""
+    """Return all values of an option that is a choice."""
     found = [
         item
         for kind in hints_of(VideoRequest).values()

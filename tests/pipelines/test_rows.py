@@ -1,4 +1,4 @@
-"""Files of jobs: what they may say and what of a hostile one reaches nothing."""
+"""Files of jobs: what they may contain, and that hostile ones reach nothing."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_csv_and_yaml_say_the_same(tmp_path):
     ("text", "words"),
     [
         ("", "empty"),
-        ("photo,action\n", "names no jobs"),
+        ("photo,action\n", "lists no jobs"),
         ("photo,acton\na,b\n", "unknown column 'acton'"),
         ("photo,photo\na,b\n", "twice"),
         ("photo,action\na,b,c\n", "more cells"),

@@ -1,5 +1,4 @@
-"""What a store believes: folders of this user alone, records of this very call, and no more than
-their shape allows."""
+"""A store trusts only folders of this user and matching records of valid shape."""
 
 from __future__ import annotations
 
@@ -92,7 +91,7 @@ def test_a_store_of_a_group_is_refused_and_a_private_group_is_not(store):
 
 
 def test_exchanged_records_of_calls_are_unknown(store):
-    """Two results of one node change places: both are computed again instead of believed."""
+    """Two results of one node that are exchanged are both computed again."""
     right = answer(store)
     first, second = sorted((store.folder / "calls" / "cell").rglob("*.json"))[:2]
     one, other = first.read_bytes(), second.read_bytes()
@@ -100,7 +99,7 @@ def test_exchanged_records_of_calls_are_unknown(store):
     second.write_bytes(one)
     for total in (store.folder / "calls").glob(
         "[ct]o*/*/*.json"
-    ):  # column and total, which remember the right sum
+    ):  # column and total, whose records have the right sum
         total.unlink()
     again = go(store)
     assert float(again.get("total", Numbers).values[0]) == right

@@ -1,5 +1,4 @@
-"""Constructed people: what the photo shows of their cloth goes on behind, in phase, without prints,
-and without their skin's tint."""
+"""On synthetic people cloth continues at the back in phase, without prints or tints of skin."""
 
 from __future__ import annotations
 
@@ -65,7 +64,7 @@ def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
 
 
 def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
-    """What is known of vertices: the `given`, and of the rest nothing."""
+    """Return what is known of vertices: the `given` ones, and nothing of the others."""
     count = len(vertices)
     nothing = {name: np.zeros(count, bool) for name in ("scalp", "bare", "face")}
     neighbors = cKDTree(vertices).query(vertices, near + 1)[1][:, 1:]
@@ -169,7 +168,7 @@ def test_a_print_is_not_repeated() -> None:
     pixels = CAMERA.project(vertices)
     shining = 0.5 * CLOTH + 0.5 * sample_image(
         clean, pixels
-    )  # what a network would say: the print shines through
+    )  # as a network would predict: the print shines through
     continued = continue_photo(
         _seen(vertices, normals, clean, expected=shining), faces, normals, clean, CAMERA
     )
@@ -287,8 +286,10 @@ def test_a_collar_goes_on_behind_the_neckline() -> None:
 
 
 def test_the_other_side_of_the_body_says_what_is_there() -> None:
-    """A shirt above red trousers; what a network and the photo right before say of a patch behind
-    is the shirt, its mirrored spot shows trousers."""
+    """A shirt above red trousers with a patch at the back.
+
+    A network and the photo in front predict the shirt there; its mirrored spot shows trousers.
+    """
     red = np.array([0.7, 0.15, 0.15])
     clean = _photo(lambda way, y: np.where((y < 0.0)[..., None], red, CLOTH))
     vertices, faces = _cylinder()

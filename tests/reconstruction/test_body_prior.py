@@ -1,5 +1,4 @@
-"""The body-prior backend on a body that is photographed wider than it is: with a jacket, hair and a
-skirt."""
+"""The body-prior backend on a body in a jacket, hair and a skirt."""
 
 from __future__ import annotations
 

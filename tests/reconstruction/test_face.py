@@ -1,4 +1,4 @@
-"""The body's face on a surface: what expressions move, and that the sewn surface is whole."""
+"""The body's face on a surface: expressions move it, and the sewn surface is closed."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_a_blink_moves_the_lids_alone_and_shuts_them(made: Surface, face: Face) 
 
 
 def uncovered(surface: Surface, face: Face, strengths: dict[str, float]) -> float:
-    """Fraction of the places before the eyeballs from where they are seen."""
+    """Return the share of places in front of the eyeballs that are visible from there."""
     from a2v.geometry.rays import ray_scene
 
     moved, offsets = face.mixed(strengths)
@@ -212,7 +212,7 @@ def test_a_face_is_saved_and_older_characters_load(made: Surface, character: Cha
 
 
 def test_the_head_is_turned_as_the_photos(body: Body) -> None:
-    """Else teeth and tongue, which lie deep, are beside the mouth."""
+    """Otherwise teeth and tongue, which lie deep, would be beside the mouth."""
     posed, turns = _posed(body)
     ids, weights = face_landmarks()
     points = np.einsum("kc,kcd->kd", weights, posed[ids])
@@ -313,8 +313,7 @@ def test_closed_lips_hide_what_is_behind_them(made: Surface, face: Face, azimuth
 
 
 def test_eyes_behind_dark_lenses_stay_dark(made: Surface, face: Face) -> None:
-    """No white is painted where the photo has none; where it has one, the ball is white beyond the
-    lids too."""
+    """White is painted only where the photo has some; there the ball is white beyond the lids too."""
     skin, dark, white = (
         np.array([0.7, 0.5, 0.4]),
         np.array([0.1, 0.1, 0.13]),

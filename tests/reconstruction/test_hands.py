@@ -1,5 +1,4 @@
-"""The body's hands on a surface: it stays closed, fingers are there and move, and a hand that
-touches something is left alone."""
+"""The body's hands on a surface: it stays closed, fingers move, touching hands are kept."""
 
 from __future__ import annotations
 

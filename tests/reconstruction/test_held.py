@@ -1,4 +1,4 @@
-"""Things that hands hold are the person's neither in shape nor in color."""
+"""Things in hands are neither shape nor color of the person."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The photo without its shading: known light on known albedo comes back."""
+"""Removing the shading of known light gives the known albedo."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def ball() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 
 
 def blocks(points: FloatArray) -> IntArray:
-    """Which stuff each point (..., 3) is of: on every side there is some of each."""
+    """Return the material of each point (..., 3); every side has some of each."""
     return np.asarray(np.floor(points * (3, 4, 2)).astype(int).sum(axis=-1) % 4)
 
 
 def lit(normals: FloatArray, toward: tuple[float, float, float]) -> FloatArray:
-    """Light from one side and from all around, of mean 1 over what is seen."""
+    """Light from one side and from all around, with mean 1 over the visible side."""
     way = np.array(toward) / np.linalg.norm(toward)
     light = 0.6 + 0.6 * np.maximum(normals @ way, 0)
     return np.asarray(light / np.average(light, weights=np.maximum(normals[:, 2], 0)))
@@ -75,7 +75,7 @@ def test_what_is_hidden_is_less_open_and_limits_hold() -> None:
     assert found.max() <= LIMITS[1]
     assert (
         estimate_shading(normals, np.ones(len(vertices)), harsh, np.zeros(len(vertices))) == 1
-    ).all()  # nothing seen, nothing said
+    ).all()  # nothing visible, nothing estimated
 
 
 def photo_of(toward: tuple[float, float, float]) -> tuple[FloatArray, FloatArray, Surface]:

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.rendering import CameraPath, Framing, ViewCamera, follow_cameras, read_cameras
+from a2v.rendering import (
+    CameraPath,
+    Framing,
+    ViewCamera,
+    extreme_points,
+    follow_cameras,
+    read_cameras,
+)
 from a2v.types import VIEWS, RenderSettings
 
 
@@ -45,6 +52,26 @@ def test_bounds_contain_what_vertices_need() -> None:
             pixels = camera.project(track[frame], 512)
             assert pixels.min() >= 0, view
             assert pixels.max() <= 512, view
+
+
+def test_extreme_points_need_less_room_than_boxes_and_keep_the_body_in_the_picture() -> None:
+    track = walker()
+    track[:, 5] += (0.7, 0.3, 0.7)  # an arm, diagonal in the box
+    track[:, 6] -= (0.7, -0.3, 0.7)
+    settings = RenderSettings(size=512, aspect="9:16")
+    facing = np.full(len(track), np.pi / 4)  # stretched towards the front camera
+    points = np.stack([extreme_points(cloud) for cloud in track])
+    boxes = np.stack([track.min(axis=1), track.max(axis=1)], axis=1)
+    near = follow_cameras(points, settings, facing=facing)
+    far = follow_cameras(boxes, settings, facing=facing)
+    exact = follow_cameras(track, settings, facing=facing)
+    for view, path in near.items():
+        assert distances_of(path).mean() < 0.9 * distances_of(far[view]).mean()
+        np.testing.assert_allclose(distances_of(path), distances_of(exact[view]), rtol=0.01)
+        for frame, camera in enumerate(path):
+            u, v = camera.project(track[frame], 512).T
+            assert 112 <= u.min() <= u.max() <= 400  # of 288 pixels in the middle
+            assert 0 <= v.min() <= v.max() <= 512
 
 
 def distances_of(path: tuple[ViewCamera, ...]) -> np.ndarray:
@@ -251,7 +278,7 @@ def test_camera_files_read(tmp_path: Path) -> None:
     [
         ("", "no cameras"),
         ("- a\n- b\n", "no cameras"),
-        ("hero: [1, 2]\n", "camera 'hero' is no mapping"),
+        ("hero: [1, 2]\n", "camera 'hero' is not a mapping"),
         ("hero: {azimut: 3}\n", "did you mean azimuth"),
         ("hero: {azimuth: left}\n", "azimuth of camera 'hero' is 'left'; expected a number"),
         ("hero: {azimuth: .nan}\n", "not finite"),
@@ -264,8 +291,8 @@ def test_camera_files_read(tmp_path: Path) -> None:
         ("front: {azimuth: 3}\n", "is taken"),
         ("video: {azimuth: 3}\n", "is taken"),
         ("'../up': {azimuth: 3}\n", "names no camera"),
-        ("hero: !!python/object/apply:os.system [true]\n", "no YAML"),
-        ("hero: {azimuth: 3\n", "no YAML"),
+        ("hero: !!python/object/apply:os.system [true]\n", "not a YAML"),
+        ("hero: {azimuth: 3\n", "not a YAML"),
         ("x" * 70000, "larger than 64 kB"),
     ],
 )

@@ -1,5 +1,4 @@
-"""Looks: lights, sky and ground by name and from files; what is traced meets the empty stage under
-each of them."""
+"""Looks by name and from files; traced parts match the empty stage in each of them."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ def levels(linear: FloatArray) -> FloatArray:
 
 
 def smooth(picture: FloatArray) -> FloatArray:
-    """Means of 7 x 7 pixels: what is left is no noise."""
+    """Return means of 7 x 7 pixels, in which little noise is left."""
     return np.asarray(cv2.blur(picture.astype(np.float32), (7, 7)))
 
 
@@ -62,7 +61,7 @@ def test_a_look_of_ones_own(tmp_path) -> None:
         ("haze: 0", "haze"),
         ("mottle: 0.5", "mottle 0.5"),
         ("mottle: 0.1\nmottle_size: 0.01", "0.01 m"),
-        ("- sun", "no mapping"),
+        ("- sun", "not a mapping"),
         ("sun: [", "mine.yaml"),
     ):
         path.write_text(text)
@@ -89,8 +88,7 @@ def test_a_mottled_ground_is_as_light_as_a_plain_one_and_ends_at_its_rim() -> No
 
 @pytest.mark.parametrize("name", SKIES)
 def test_no_seam_shows_under_a_sky(name: str) -> None:
-    """Against the whole frame by Mitsuba's path tracer; where traced and empty stage meet, and
-    beyond."""
+    """Compare with Mitsuba's path tracer, where traced and empty stage meet, and beyond."""
     surface, scene = block(), read_look(name)
     renderer = Renderer(surface, RenderSettings(size=SIZE, spp=8, threads=1), scene)
     if not renderer.variant.startswith("llvm"):

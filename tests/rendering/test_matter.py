@@ -1,4 +1,4 @@
-"""Skin and eyes: which vertices they are, and what light does on them."""
+"""Skin and eyes: their vertices, and the light on them."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_light_goes_softly_round_skin_and_leaves_the_rest() -> None:
 
 
 def matter_gain(surface: Surface) -> FloatArray:
-    """What the sun's direct light changes on a surface without a face: nothing."""
+    """Return the ratio of the light with and without gloss on a surface without a face."""
     bare = dataclasses.replace(surface, face=None)
     made = [
         Renderer(bare, SETTINGS, dataclasses.replace(SIDE, gloss=gloss)).linear(

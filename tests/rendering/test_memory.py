@@ -1,5 +1,4 @@
-"""A hundred runs of the loop that makes a video, from bones to picture: memory stays where it
-was."""
+"""Memory stays constant over a hundred frames, from bones to pictures."""
 
 from __future__ import annotations
 
@@ -47,8 +46,8 @@ def resident_memory(frames: int) -> list[int]:
 
 @pytest.mark.slow
 def test_a_hundred_runs_of_the_deform_and_render_loop_keep_memory_flat() -> None:
-    # a process of its own: what other tests leave in this one moves the figure, and their LLVM has
-    # aborted Mitsuba's
+    # A separate process: memory of other tests changes the figure, and their LLVM has aborted
+    # Mitsuba's.
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         resident = pool.submit(resident_memory, 110).result()
     assert len(resident) == 101

@@ -1,4 +1,4 @@
-"""Things of a place, in front of a person or behind."""
+"""Objects of a place, in front of a person or behind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of one file, opened by a real browser without a server."""
+"""The page in one file, opened by a real browser without a server."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def browser() -> str:
 
 @pytest.fixture(scope="module")
 def character() -> Character:
-    """Red in front of its middle and blue behind: the side that is seen can be told by color."""
+    """A character that is red in front and blue behind: the color shows the visible side."""
     body = make_body(load_body_model(), grounded=True)
     normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
     colors = np.where(normals[:, 2:] > 0, (0.8, 0.1, 0.1), (0.1, 0.1, 0.8))
@@ -100,7 +100,7 @@ def test_what_is_no_glb_or_mp4_is_refused(tmp_path: Path, page: Path) -> None:
 
 
 def test_the_glb_moves_as_the_page_is_told(character: Character) -> None:
-    """The lift that the browser's picture shows is the one of our own frames."""
+    """The browser's picture shows the same lift as our frames."""
     up = character.body.bone_transforms.copy()
     up[:, 1, 3] += 1
     np.testing.assert_allclose(

@@ -1,5 +1,4 @@
-"""Only what the person touches is traced and denoised: the rest is the empty stage, and nothing
-shows where they meet."""
+"""Only what the person touches is traced and denoised, without visible borders."""
 
 from __future__ import annotations
 
@@ -48,7 +47,7 @@ def levels(linear: FloatArray) -> FloatArray:
 
 
 def smooth(picture: FloatArray) -> FloatArray:
-    """Means of 7 x 7 pixels: what is left is no noise."""
+    """Return means of 7 x 7 pixels, in which little noise is left."""
     return np.asarray(cv2.blur(picture.astype(np.float32), (7, 7)))
 
 

@@ -1,4 +1,4 @@
-"""The photo's place: lights, frame."""
+"""The photo's place: its lights and its frame."""
 
 from __future__ import annotations
 
@@ -86,8 +86,7 @@ def test_light_is_taken_out_of_colors_and_texture_alike():
 
 
 def test_a_person_without_its_light_looks_under_it_as_in_the_photo():
-    """A ball whose texture holds shading of any kind: the first frame shows it again, whatever the
-    lights are."""
+    """A ball whose texture holds any shading: the first frame shows it again with any lights."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     vertices, faces = (
         (0.9 * ball.vertices + (0, 1.0, 0)).astype(np.float32),

@@ -1,4 +1,4 @@
-"""The floor of the photo's place, and ways that stay on it."""
+"""The floor of the photo's place, and paths that stay on it."""
 
 from __future__ import annotations
 

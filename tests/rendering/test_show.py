@@ -1,5 +1,4 @@
-"""What notebooks show: one piece of HTML that turns and plays in a real browser, without a
-server."""
+"""What notebooks show: one piece of HTML that can be turned and played without a server."""
 
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ def walk() -> Motion:
 
 
 def framed(view: View) -> str:
-    """The page inside of what a notebook gets."""
+    """Return the page inside of a notebook's output."""
     (source,) = re.findall(r'srcdoc="([^"]*)"', view._repr_html_())
     return html.unescape(source)
 

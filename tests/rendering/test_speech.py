@@ -49,7 +49,9 @@ def browser() -> Iterator[Browser]:
         yield opened
 
 
-def preview(browser: Browser, character: Character, folder: Path) -> Page:
+def preview(
+    browser: Browser, character: Character, folder: Path, width: int = 640, height: int = 480
+) -> Page:
     """Open the page of a character that stands still, small so that frames are quick."""
     moves = np.repeat(character.body.bone_transforms[None], 2, axis=0)
     write_glb(folder / "c.glb", character, {"stand": (moves, 10.0)})
@@ -58,8 +60,8 @@ def preview(browser: Browser, character: Character, folder: Path) -> Page:
     mark = '<script id="visemes"'
     assert text.count(mark) == 1
     (folder / "preview.html").write_text(text.replace(mark, PROBE + mark))
-    page = browser.new_page(viewport={"width": 640, "height": 480})
-    page.goto((folder / "preview.html").as_uri())
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto((folder / "preview.html").as_uri(), timeout=120_000)  # a busy machine
     expect(page.locator("body[data-state=ready]")).to_be_attached(timeout=60_000)
     return page
 
@@ -103,3 +105,26 @@ def test_the_character_speaks_typed_lines(
     assert jaw.max() > 0.2
     assert np.max(lips) == 0
     assert jaw[-1] == 0
+    page.close()  # drawing takes most of a processor
+
+
+COVERED = """() => [...document.querySelectorAll("footer button, footer input, footer select")]
+  .filter(item => item.checkVisibility())
+  .filter(item => {
+    item.scrollIntoView();
+    const { left, top, width, height } = item.getBoundingClientRect();
+    return document.elementFromPoint(left + width / 2, top + height / 2) !== item;
+  }).map(item => item.id || item.textContent)"""
+"""Script: controls that a click in their middle does not reach."""
+
+
+def test_no_control_is_covered_on_a_small_screen(
+    browser: Browser, expressive: Character, tmp_path: Path
+) -> None:
+    page = preview(browser, expressive, tmp_path, 320, 300)
+    assert page.locator("#speak").is_visible()
+    assert page.evaluate(COVERED) == []
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 320
+    stage = page.locator("#stage").bounding_box()
+    assert stage is not None
+    assert stage["height"] >= 240

@@ -1,5 +1,4 @@
-"""Stick figures: the right way up, to scale, left and right told apart, and as many frames as asked
-for."""
+"""Stick figures are upright and to scale, distinguish left and right, and have all frames."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def test_a_probe_that_dies_falls_back_and_says_so(
     assert "\n" not in message
     probes = len(calls.read_text())
     choose_variant()
-    assert len(calls.read_text()) == probes  # asked once a process
+    assert len(calls.read_text()) == probes  # tried once per process
 
 
 def test_a_library_that_is_none_is_survived(
@@ -42,7 +42,7 @@ def test_a_library_that_is_none_is_survived(
     fake = tmp_path / "libLLVM.so"
     fake.write_bytes(b"no library")
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(fake))
-    assert variant.llvm_candidates() == (str(fake),)  # what the user chose is not overruled
+    assert variant.llvm_candidates() == (str(fake),)  # the user's choice is kept
     assert choose_variant()[0] == "scalar_rgb"
 
 

@@ -1,4 +1,4 @@
-"""Where the photo's camera stood, and that it sees the person as the photo does."""
+"""The photo's camera, which sees the person as the photo does."""
 
 from __future__ import annotations
 
@@ -141,8 +141,7 @@ def test_a_crop_that_was_reduced_counts_in_the_photos_pixels() -> None:
 
 
 def test_a_known_camera_is_found_again() -> None:
-    """A person on the ground, photographed by a pitched camera: the ground and the person's height
-    come back from its slope and distance."""
+    """The ground and the height of a person photographed by a pitched camera are recovered."""
     surface, _ = standing()
     frame = PhotoFrame.looking(np.array([0, 0.85, 0]), distance=4.0, height=1.6)
     seen = frame.warp(surface.vertices)

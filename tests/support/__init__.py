@@ -1,2 +1,1 @@
-"""What several tests share: fixtures (named in the root ``conftest.py``) and makers of small
-things."""
+"""Common parts of tests: fixtures (named in the root ``conftest.py``) and makers of small things."""

@@ -1,4 +1,4 @@
-"""Body maps as a network without errors would draw them."""
+"""Body maps as a network without errors would predict them."""
 
 from __future__ import annotations
 

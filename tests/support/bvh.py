@@ -1,4 +1,4 @@
-"""A plain reader of BVH files, with nothing of the library's."""
+"""A simple reader of BVH files that uses nothing of the library."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Checkpoints in the layouts of PIFu, PIFuHD, PaMIR and Liquid Warping GAN: every name and shape
-spelled out, random weights or chosen ones."""
+"""Checkpoints in the layouts of PIFu, PIFuHD, PaMIR and Liquid Warping GAN.
+
+Every name and shape is spelled out; weights are random or chosen.
+"""
 
 from __future__ import annotations
 
@@ -117,7 +119,7 @@ class Writer:
 
 PIFU_WIDTHS = (257, 1024, 512, 256, 128, 1)
 NARROW = (257, 8, 8, 8, 8, 1)
-"""Widths of layers for points where many points are asked about."""
+"""Widths of point layers if many points are evaluated."""
 
 
 def pifu_geometry(stacks: int = 4, widths: tuple[int, ...] = PIFU_WIDTHS, seed: int = 0) -> State:
@@ -231,7 +233,7 @@ def pamir_texture(widths: tuple[int, ...] = (544, 1024, 512, 256, 128, 4)) -> St
 
 
 def saved(content: object, path: Path) -> str:
-    """The path of a file that holds `content`."""
+    """Write `content` to a file and return its path."""
     torch.save(content, path)
     return str(path)
 

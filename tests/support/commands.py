@@ -1,4 +1,4 @@
-"""Commands that are run in this process."""
+"""Run commands in this process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipelines.cli import main
 
 
 def end(words: list[str]) -> None:
-    """Run a command to its end in a folder of its own; it succeeds, or says one sentence."""
+    """Run a command in a separate folder; it succeeds or prints one sentence."""
     said = io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
         code = main(words)
@@ -22,13 +22,15 @@ def end(words: list[str]) -> None:
 
 
 def without_readings(said: str) -> str:
-    """Standard error without the lines that tell what was understood of an action."""
+    """Return standard error without the interpretation of an action."""
     return "".join(line for line in said.splitlines(keepends=True) if " is taken for " not in line)
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """Run the command; the one line that it says beside what it understood of the action, with exit
-    code 2."""
+    """Run the command and return its only message; the exit code is 2.
+
+    The interpretation of the action may be printed as well.
+    """
     assert main([str(word) for word in words]) == 2
     error = without_readings(capsys.readouterr().err)
     assert error.count("\n") == 1

@@ -1,5 +1,4 @@
-"""A "person" whose truth is known by formula: an upright ellipsoid, with a guide that is a little
-too thin."""
+"""A "person" with known ground truth: an upright ellipsoid, with a slightly too thin guide."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small videos of the sample person, who slides through the picture."""
+"""Small videos of the sample person sliding through the picture."""
 
 from __future__ import annotations
 
@@ -63,8 +63,7 @@ def write_clip(
 
 
 def turned(source: Path, target: Path) -> Path:
-    """The same file, which says of itself that it is to be turned clockwise by 90 degrees, as
-    telephones do."""
+    """Return the same file with a rotation tag of 90 degrees clockwise, as phones write it."""
     data = bytearray(source.read_bytes())
     at = data.find(b"tkhd") + 4 + 4 + (32 if data[data.find(b"tkhd") + 4] else 20) + 16
     data[at : at + 36] = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)

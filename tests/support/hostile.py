@@ -1,5 +1,4 @@
-"""Hostile variants of good files, drawn by hypothesis, and what every reader owes for them: a
-value, or one sentence."""
+"""Hostile variants of good files, drawn by hypothesis; a reader gives a value or one sentence."""
 
 from __future__ import annotations
 
@@ -33,9 +32,11 @@ class Hang(BaseException):
 
 @dataclass
 class Tally:
-    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper
-    bound of the memory that one of them took; files that were written and looked into, and people
-    and videos that were deleted and looked for."""
+    """Counts of the tried cases.
+
+    They are cases, refusals, the slowest case's seconds, an upper bound of its memory, files that
+    were written and checked, and people and videos that were deleted and searched for.
+    """
 
     cases: int = 0
     refused: int = 0
@@ -45,7 +46,7 @@ class Tally:
     deleted: int = 0
 
     def add(self, other: Tally) -> None:
-        """Count another one's cases too."""
+        """Add the counts of another one."""
         self.cases, self.refused = self.cases + other.cases, self.refused + other.refused
         self.slowest, self.megabytes = (
             max(self.slowest, other.slowest),
@@ -171,7 +172,7 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
 
 
 def count(tally: Tally) -> None:
-    """Add to what the test that runs has tried."""
+    """Add to the counts of the running test."""
     test = os.environ.get("PYTEST_CURRENT_TEST", "").split("::")[-1].split(" ")[0]
     TALLIES.setdefault(test, Tally()).add(tally)
 

@@ -55,12 +55,12 @@ CONTRAST = """() => {
   }
   return bad;
 }"""
-"""Script: texts of a page that stand out too little from what is behind them (WCAG AA: 4.5)."""
+"""Script: texts of a page with too little contrast (WCAG AA: 4.5)."""
 NAMELESS = """() => [...document.querySelectorAll("input, select, button, a, video, iframe, progress")]
   .filter(item => item.checkVisibility())
   .filter(item => !(item.labels && item.labels.length) && !item.getAttribute("aria-label") && !item.textContent.trim() && !item.title)
   .map(item => item.outerHTML)"""
-"""Script: controls of a page that have no name."""
+"""Script: controls of a page without a name."""
 
 
 def find_browser() -> str:
@@ -72,7 +72,7 @@ def find_browser() -> str:
 
 
 def arrived(library: Library, data: bytes, title: str, **facts: Any) -> Photo:
-    """A photo in a library as if it had been sent and opened."""
+    """Add a photo to a library as if it had been sent and opened."""
     folder = library.arriving()
     (folder / ORIGINAL).write_bytes(data)
     return library.add_photo(
@@ -156,7 +156,7 @@ class Server:
             connection.close()
 
     def say(self, path: str, value: object, method: str = "POST") -> tuple[int, dict[str, Any]]:
-        """Send JSON; status and what came back."""
+        """Send JSON; return the status and the answer."""
         status, _, body = self.ask(path, method, json.dumps(value).encode())
         return status, json.loads(body)
 
@@ -167,8 +167,7 @@ class Server:
 
 
 def opened(browser: str, page: Path, out: Path, query: str) -> np.ndarray:
-    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may
-    fail."""
+    """Return the page as a browser shows it, (600, 1000, 3); it must use no network."""
     flags = [
         "--headless=new",
         "--no-sandbox",

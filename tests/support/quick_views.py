@@ -1,5 +1,4 @@
-"""Quick views of nobody: ellipses whose places, depths and landmarks agree, for tests that need no
-data."""
+"""Quick views of ellipses with consistent places, depths and landmarks, for tests without data."""
 
 from __future__ import annotations
 

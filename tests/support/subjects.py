@@ -1,4 +1,4 @@
-"""People of whom a photo shows nothing but what a test says."""
+"""People whose photo shows only what a test defines."""
 
 from __future__ import annotations
 

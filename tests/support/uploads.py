@@ -1,4 +1,4 @@
-"""What a browser may send as a photo: pictures, and what is none or would fill the memory."""
+"""Uploads of a browser: pictures, files that are none, and files that would exhaust memory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def bomb(width: int, height: int) -> bytes:
-    """A PNG that says it is very large."""
+    """Return a PNG whose header states a very large size."""
     head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
     return (
         b"\x89PNG\r\n\x1a\n"
@@ -42,7 +42,7 @@ def zipped(name: str) -> bytes:
 
 
 def hostile_uploads() -> list[bytes]:
-    """What is no photo, not whole, or would fill the memory."""
+    """Files that are no photo, are incomplete, or would exhaust memory."""
     random = np.random.default_rng(1)
     png, jpeg, webp = picture(), picture(form="jpeg"), picture(form="webp")
     texts = [

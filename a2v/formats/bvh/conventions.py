@@ -1,4 +1,5 @@
-"""Find what BVH leaves open: whether the skeleton is a person's, its unit and its upward axis."""
+"""Guess what BVH files do not specify: whether the skeleton is a person's, its unit and its upward
+axis."""
 
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     missing = missing_joints(canonical)
     if not missing:
         return
-    # a missing limb joint may be present by a known name, but merged as its bone has no length
+    # the missing joint may have a known name, but be merged because its bone has no length
     every = canonical_joints(
         [node.name for node in file.nodes], [node.parent for node in file.nodes]
     )
@@ -102,7 +103,7 @@ def demand_limbs(
             node = file.nodes[joint]
             raise InputError(
                 f"{file.source}:{node.line}: the bone of '{node.name}' is "
-                f"{length[index] / middle:.0f} times a limb's length"
+                f"{length[index] / middle:.0f} times as long as a limb"
             )
 
 
@@ -214,8 +215,8 @@ def guess_up_axis(
     size = float(np.linalg.norm(standing)) or 1.0
     in_rest, in_motion = int(np.argmax(np.abs(standing))), int(np.argmax(np.abs(moving)))
     upright = abs(moving[in_motion]) > 0.75 * size
-    # a person who lies down also points along another axis, but then the pelvis is not a leg's
-    # length above zero along it
+    # A person who lies down also points along another axis, but then the pelvis is not a leg's
+    # length above zero along it.
     legs = float(np.linalg.norm(rest[feet].mean(0)))
     high = float(np.median(joints[:, 0, in_motion])) * np.sign(moving[in_motion])
     if in_rest != in_motion and upright and 0.6 * legs < high < 1.5 * legs:

@@ -18,9 +18,9 @@ from a2v.kinematics.orientations import bone_rotmats
 from a2v.types import Body, FloatArray, Motion
 
 _SAME = 2e-5
-"""Largest difference in radians of the rotations of bones that share one joint."""
+"""Largest difference between the rotations of bones that share one joint, radians."""
 _STEADY = 2e-5
-"""Largest displacement in meters of a bone without position channels."""
+"""Largest displacement of a bone without position channels, meters."""
 
 
 def write_bvh(
@@ -30,8 +30,8 @@ def write_bvh(
 
     BVH rotates all bones below a joint together, while the chain convention gives every bone its
     own rotation: where the children of a joint move against each other, each gets a helper joint of
-    zero offset (``<child>_turn``), which `read_bvh` merges away again. Joints whose bone changes
-    length get position channels. Joint positions are preserved to 1e-4 m, twists about bones too.
+    zero offset (``<child>_turn``), which `read_bvh` removes again. Joints whose bone changes length
+    get position channels. Joint positions are preserved to 1e-4 m, twists about bones too.
 
     Parameters
     ----------
@@ -132,8 +132,8 @@ def _write(
 
 @dataclass
 class _Joint:
-    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T,
-    3) or None, and where it ends (3,)."""
+    """A joint of the file: offset (3,), rotations in its parent (T, 3, 3), position channels (T, 3)
+    or None, and its end (3,)."""
 
     name: str
     offset: FloatArray
@@ -144,7 +144,7 @@ class _Joint:
 
 
 def _rig_plan(body: Body, transforms: FloatArray) -> list[_Joint]:
-    """The joints of a rig under transforms (T, B, 4, 4)."""
+    """Return the joints of a rig under transforms (T, B, 4, 4)."""
     rest, parents = body.rest_transforms.astype(np.float64), body.bone_parents.tolist()
     turned = transforms[..., :3, :3] @ np.swapaxes(rest[:, :3, :3], 1, 2)
     own = np.einsum(
@@ -172,7 +172,7 @@ def _rig_plan(body: Body, transforms: FloatArray) -> list[_Joint]:
 
 
 def _plan(motion: Motion) -> list[_Joint]:
-    """The joints of the file, helpers included, parents first."""
+    """Return the joints of the file, including helpers, parents first."""
     count = len(motion.parents)
     joints = motion.joints.astype(np.float64)
     vectors = joints - joints[:, np.maximum(motion.parents, 0)]
@@ -231,8 +231,8 @@ def _plan(motion: Motion) -> list[_Joint]:
 def _from_rest(
     motion: Motion, vectors: FloatArray, lengths: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Directions (J, 3) of the bones in the file's rest pose, and rotations (T, J, 3, 3) from there
-    to the bones `vectors` (T, J, 3)."""
+    """Return the directions (J, 3) of the bones in the file's rest pose, and rotations (T, J, 3, 3)
+    from there to the bones `vectors` (T, J, 3)."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     rotmats = bone_rotmats(motion)
     middle = np.median(lengths, axis=0)
@@ -249,8 +249,8 @@ def _from_rest(
     else:  # the first frame is the rest pose
         directions = vectors[0] / np.maximum(lengths[0][:, None], 1e-12)
         rotmats = rotmats @ np.swapaxes(rotmats[:1], -1, -2)
-    # exactly from the rest direction to the bone, but only for real differences: correcting
-    # rounding would give siblings different rotations
+    # Exactly from the rest direction to the bone, but only for real differences: correcting
+    # rounding errors would give siblings different rotations.
     unit = vectors / np.maximum(lengths[..., None], 1e-12)
     rotated = np.einsum("tjab,jb->tja", rotmats, directions)[:, 1:]
     off = (
@@ -265,12 +265,13 @@ def _from_rest(
 
 
 def _fit_rotmats(rest: FloatArray, now: FloatArray) -> FloatArray:
-    """Rotations (T, 3, 3) that best take vectors `rest` (C, 3) to `now` (T, C, 3) (Kabsch)."""
+    """Return the rotations (T, 3, 3) that best map vectors `rest` (C, 3) to `now` (T, C, 3)
+    (Kabsch)."""
     return nearest_rotations(np.einsum("tca,cb->tab", now, rest))
 
 
 def _euler_zxy(rotmats: FloatArray) -> FloatArray:
-    """Continuous angles (T, 3) in degrees of rotations (T, 3, 3) = Rz Rx Ry."""
+    """Return continuous angles (T, 3) in degrees of rotations (T, 3, 3) = Rz Rx Ry."""
     x = np.arcsin(np.clip(rotmats[:, 2, 1], -1, 1))
     locked = np.abs(rotmats[:, 2, 1]) > 1 - 1e-12
     z = np.where(

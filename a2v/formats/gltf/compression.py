@@ -17,8 +17,8 @@ from a2v.npm import NpmPackages, find_node
 
 PACKAGES = NpmPackages("gltf_transform", ("@gltf-transform/cli@4.2.1",))
 KINDS: tuple[str, ...] = ("meshopt", "draco")
-"""meshopt (EXT_meshopt_compression) also compresses expressions and clips, Draco
-(KHR_draco_mesh_compression) the shape alone."""
+"""meshopt (EXT_meshopt_compression) also compresses expressions and clips; Draco
+(KHR_draco_mesh_compression) compresses only the shape."""
 SECONDS = 300
 """Time limit of a run, seconds."""
 _COMMAND = Path("@gltf-transform", "cli", "bin", "cli.js")
@@ -48,16 +48,16 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
     ----------
     path : path
     kind : str
-        Of `KINDS`.
+        One of `KINDS`.
 
     Raises
     ------
     InputError
         An unknown kind.
     MissingDependencyError
-        As of `demand_compression`.
+        See `demand_compression`.
     A2VError
-        glTF Transform failed; the message ends with its own.
+        glTF Transform failed; the message ends with its output.
     """
     if kind not in KINDS:
         raise InputError(f"unknown compression '{kind}'; choose from {', '.join(KINDS)}")

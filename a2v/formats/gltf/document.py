@@ -27,8 +27,8 @@ _COMPONENTS = {
 
 
 def smallest_kind(count: int) -> type[np.uint16] | type[np.uint32]:
-    """The smallest type of indices into `count` vertices; glTF reserves the largest number of a
-    type."""
+    """Return the smallest type of indices into `count` vertices; glTF reserves the largest number
+    of a type."""
     return np.uint16 if count < 65535 else np.uint32
 
 
@@ -84,8 +84,11 @@ class Document:
         return len(self.json["accessors"]) - 1
 
     def sparse_accessor(self, count: int, indices: IntArray, values: FloatArray) -> int:
-        """Append vectors (count, 3) that are zero but for `values` (n, 3) float32 at ascending
-        `indices` (n,), n >= 1; the accessor's index."""
+        """Append vectors (count, 3) that are zero except `values` (n, 3) float32 at ascending
+        `indices` (n,), n >= 1.
+
+        Returns the index of the accessor.
+        """
         values = np.ascontiguousarray(values, np.float32)
         whole = np.concatenate([values, np.zeros((int(len(values) < count), 3), np.float32)])
         kind = smallest_kind(count)

@@ -24,11 +24,11 @@ from a2v.geometry.steps import smoothstep
 from a2v.types import MATERIALS, BoolArray, Character, FloatArray, IntArray, Surface
 
 CHAINS = 6
-"""At most so many around the neck."""
+"""Largest number of chains around the neck."""
 JOINTS = 3
-"""Of a chain that turn; one more is its end."""
+"""Number of turning joints of a chain; one more is its end."""
 SWING = Swing(stiffness=0.8, gravity=0.15, drag=0.4, radius=0.01)
-"""Of hair."""
+"""Swing of hair."""
 LENGTH = 0.08
 """Hair that hangs less than this below the base of the skull is short, meters."""
 _COLOR = 14.0
@@ -36,30 +36,31 @@ _COLOR = 14.0
 _DEEPEST = 0.6
 """Hair hangs at most this far below the base of the skull, meters; more is clothing."""
 _AROUND = 0.75
-"""Share of the vertices of the chest above which hair's color is the color of clothing."""
+"""If more than this share of the chest's vertices have hair's color, it is the color of the
+clothing."""
 _LIFTED = (0.002, 0.006)
-"""The layer's inner and outer side lie this far from the hair beneath, meters."""
+"""Distances of the layer's inner and outer side from the hair below, meters."""
 _BLEND = 0.05
 """Height over which the layer's weights change from the head's to the chains', meters."""
 _SMALL = 40
-"""Pieces of fewer faces are left out."""
+"""Pieces with fewer faces are left out."""
 _SHARE = 0.04
-"""A chain has at least this share of the layer's vertices beside it."""
+"""Smallest share of the layer's vertices beside a chain."""
 _NEAR = 0.6
 """Width around a chain, in chains' widths, in which vertices determine its joints."""
 _ALONG = (("neck", "head"), ("upperChest", "neck"), ("chest", "upperChest"))
-"""Bones of the trunk with capsules, and the bones where these end."""
+"""Bones of the trunk with capsules, and the bones at which these end."""
 _ARMS = (("leftUpperArm", "leftLowerArm"), ("rightUpperArm", "rightLowerArm"))
-"""The same of the arms."""
+"""Bones of the arms with capsules, and the bones at which these end."""
 
 
 def hang_hair(character: Character) -> tuple[Character, Springs | None]:
     """Hang the long hair of a character on VRM's rig on chains of bones below the head.
 
     Hair is what has the color of the hair on the head and is connected to it. On the body's own
-    mesh it moves with the skin under it, so its lower part is copied into a layer of its own that
-    swings; the mesh itself stays unchanged. Short hair, hair of the same color as the
-    clothing and a surface without materials are returned unchanged, with None.
+    mesh it moves with the skin under it, so its lower part is copied into a separate layer that
+    swings; the mesh itself is unchanged. Short hair, hair of the same color as the clothing and a
+    surface without materials are returned unchanged, with None.
     """
     names = character.body.bone_names
     if not {"head", *(name for pair in (*_ALONG, *_ARMS) for name in pair)} <= set(names):
@@ -89,8 +90,8 @@ def hang_hair(character: Character) -> tuple[Character, Springs | None]:
 
 
 def _falling(character: Character, skull: FloatArray) -> IntArray:
-    """Faces (n,) of the hair that hangs below the `skull` (3,), the head bone's place; none where
-    the hair is short."""
+    """Return the faces (n,) of the hair that hangs below the `skull` (3,), the position of the head
+    bone; none for short hair."""
     surface = character.surface
     hair = _hair_of(character, skull)
     inside = hair[surface.faces].all(axis=1)
@@ -107,7 +108,7 @@ def _falling(character: Character, skull: FloatArray) -> IntArray:
 
 
 def _hair_of(character: Character, skull: FloatArray) -> BoolArray:
-    """Vertices (V,) of hair: what is connected to the head's hair and has its color."""
+    """Return the vertices (V,) of hair: those connected to the head's hair and with its color."""
     from skimage.color import rgb2lab
 
     surface, count = character.surface, len(character.surface.vertices)
@@ -140,7 +141,7 @@ def _hair_of(character: Character, skull: FloatArray) -> BoolArray:
 
 
 def _colors(surface: Surface) -> FloatArray:
-    """sRGB (V, 3) of the vertices, from the texture where there is one."""
+    """Return sRGB (V, 3) of the vertices, from the texture if present."""
     if surface.texture is None or surface.uv is None:
         return surface.colors.astype(np.float64)
     height, width = surface.texture.shape[:2]
@@ -159,8 +160,10 @@ def _colors(surface: Surface) -> FloatArray:
 
 
 def _with_layer(character: Character, chosen: IntArray) -> Character:
-    """The character with a two-sided copy of the `chosen` faces (n,) above them; the new vertices
-    follow those of the character: the outer side, then the inner one."""
+    """Add a two-sided copy of the `chosen` faces (n,) above them.
+
+    The new vertices follow those of the character: first the outer side, then the inner one.
+    """
     surface, count = character.surface, len(character.surface.vertices)
     used, corners = np.unique(surface.faces[chosen], return_inverse=True)
     faces = corners.reshape(-1, 3)
@@ -199,8 +202,11 @@ def _with_layer(character: Character, chosen: IntArray) -> Character:
 
 
 def _columns(away: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Where points at `away` (n, 3) from the skull lie around it, in chains' widths (n,) from the
-    front to the person's left, and the chains (m,) beside which there is hair."""
+    """Return the directions (n,) of points at `away` (n, 3) from the skull, and the chains (m,)
+    beside which there is hair.
+
+    Directions are in widths of a chain, from the front to the person's left.
+    """
     along = around(away, CHAINS)
     number = np.bincount(np.round(along).astype(np.int64) % CHAINS, minlength=CHAINS)
     used = np.flatnonzero(number > _SHARE * len(along))
@@ -208,8 +214,8 @@ def _columns(away: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def _places(points: FloatArray, along: FloatArray, used: IntArray) -> FloatArray:
-    """Joints (m, JOINTS + 1, 3) of the chains `used` (m,) in the hair `points` (n, 3), from the
-    top of the hair to its tips."""
+    """Return joints (m, JOINTS + 1, 3) of the chains `used` (m,) in the hair `points` (n, 3), from
+    the top of the hair to its tips."""
     top = float(points[:, 1].max())
     chains = []
     for chain in used:
@@ -232,8 +238,10 @@ def _weights(
     hung: tuple[FloatArray, IntArray],
     head: int,
 ) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (n, 4) of the hair `points` (n, 3) on chains with joints (m, J + 1, 3) and
-    bones (m, J + 1), given as `hung`."""
+    """Return weights and bones (n, 4) of the hair `points` (n, 3).
+
+    `hung` are the joints (m, J + 1, 3) and bones (m, J + 1) of the chains.
+    """
     places, bones = hung
     distances = np.stack([apart(along, chain, CHAINS) for chain in used], axis=1)
     order = np.argsort(distances, axis=1, kind="stable")
@@ -249,7 +257,8 @@ def _weights(
 
 
 def _capsules(character: Character, places: FloatArray) -> tuple[Capsule, ...]:
-    """Around neck, chest and upper arms; at rest no joint of the chains `places` is in one."""
+    """Return capsules around neck, chest and upper arms. At rest they contain no joint of the
+    chains `places`."""
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
     own = np.ones(len(character.surface.vertices), bool)
     joints = places[:, 1:].reshape(-1, 3)

@@ -19,7 +19,7 @@ from a2v.types import MATERIALS, BoolArray, ByteArray, Character, FloatArray, In
 
 
 def split_corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
-    """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture
+    """Split vertices along texture seams: source vertex (N,), faces (F, 3) into them, texture
     coordinates (N, 2), v down."""
     faces = surface.faces.astype(np.int64)
     if surface.uv is None:
@@ -197,7 +197,7 @@ def _add_offsets(document: Document, count: int, places: IntArray, values: Float
 _ROUGHNESS: Mapping[str, float] = MappingProxyType(
     {"surface": 0.9, "skin": 0.6, "hair": 0.7, "cloth": 0.9, "eyes": 0.1, "mouth": 0.4}
 )
-"""By name of the material."""
+"""Roughness by the name of the material."""
 
 
 def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,8 +216,8 @@ def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _by_material(surface: Surface, solid: BoolArray) -> list[tuple[str, IntArray]]:
-    """Names of materials and the `solid` faces (n,) of each; one material if the surface has
-    none."""
+    """Return the names of materials and the `solid` faces (n,) of each; one material if the surface
+    has none."""
     if surface.materials is None:
         return [("surface", np.flatnonzero(solid))]
     found = [
@@ -245,7 +245,8 @@ def _add_texture(document: Document, name: str, image: ByteArray, quality: int) 
 def _expressions(
     expressions: ShadedTargets, source: IntArray
 ) -> dict[str, dict[str, tuple[IntArray, FloatArray]]]:
-    """`MeshArrays.targets` of a mesh whose vertices (N,) are those of the surface in `source`."""
+    """Return `MeshArrays.targets` of a mesh whose vertices (N,) are those of the surface in
+    `source`."""
     order = np.argsort(source, kind="stable")
     targets: dict[str, dict[str, tuple[IntArray, FloatArray]]] = {}
     for name in expressions.face.names:

@@ -28,7 +28,7 @@ from a2v.kinematics.resample import continuous
 from a2v.types import Body, FloatArray
 
 _UNEVEN = 0.02
-"""Largest unevenness of the scale of bones."""
+"""Largest relative difference between the scales of a bone along its axes."""
 _HEIGHTS = (0.3, 4.0)
 """Range of leg lengths that are taken as meters; other legs are scaled to `_LEG`."""
 _LEG = 0.85
@@ -121,14 +121,14 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
     """Write the file of a person with further animations, atomically.
 
     Bones at and below `Person.mover` turn, and only `Person.mover` moves. Nodes above it and nodes
-    that are no bones do not change. Names that already exist in the file get a number.
+    that are not bones do not change. Names that already exist in the file get a number.
 
     Parameters
     ----------
     path : path
     person : Person
     clips : Clips
-        Of its body: bone transforms (T, B, 4, 4), world from bone, meters.
+        Clips of its body: bone transforms (T, B, 4, 4), world from bone, meters.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
 def _animation(
     document: Document, person: Person, name: str, moves: FloatArray, fps: float
 ) -> dict[str, Any]:
-    """An animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
+    """Make an animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
     file, body = person.file, person.body
     world, above = file.node_matrices()
     turns = _decomposed(file, world[list(person.nodes)])
@@ -201,7 +201,7 @@ def _animation(
         outer = above[person.nodes[bone]]
         base = (
             np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]
-        )  # of the parent node, which may be no bone
+        )  # relative to the parent node, which may not be a bone
         if bone == person.mover or parent not in below:
             around = np.broadcast_to(base, turned[:, bone].shape)
         else:
@@ -218,7 +218,7 @@ def _animation(
 
 
 def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
-    """Nodes that are joints of a skin, or lie between two of them; parents first."""
+    """Return the nodes that are joints of a skin, or lie between two of them; parents first."""
     joints = {joint for skin in file.items("skins") for joint in file.joints(skin)}
     inside = set(joints)
     for joint in joints:
@@ -239,7 +239,7 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
 
 
 def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
-    """Index in `nodes` of the nearest ancestor in the list, -1 for none."""
+    """Return the index in `nodes` of the nearest ancestor in the list, -1 for none."""
     known = {one: place for place, one in enumerate(nodes)}
     at = above[node]
     while at >= 0 and at not in known:
@@ -248,7 +248,7 @@ def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
 
 
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
-    """Names of the bones, from VRM's humanoid if present, else from the nodes."""
+    """Return the names of the bones, from VRM's humanoid if present, else from the nodes."""
     every = file.items("nodes")
     names = [str(every[node].get("name", ""))[:200] for node in nodes]
     human = _humanoid(file)
@@ -258,7 +258,7 @@ def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
 
 
 def _humanoid(file: Gltf) -> dict[int, str]:
-    """VRM's names of nodes, of either edition."""
+    """Return VRM's names of nodes, in either edition."""
     extensions = file.json.get("extensions")
     found: dict[int, str] = {}
     if not isinstance(extensions, dict):
@@ -283,7 +283,7 @@ def _humanoid(file: Gltf) -> dict[int, str]:
 
 
 def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
-    """Rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
+    """Return the rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
     lengths = np.linalg.norm(world[:, :3, :3], axis=1)
     sizes = lengths.mean(axis=1)
     if (
@@ -299,7 +299,7 @@ def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
 
 
 def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:
-    """Rotation (3, 3) about y that makes the person face +z, and meters per unit."""
+    """Return the rotation (3, 3) about y that makes the person face +z, and the meters per unit."""
     across = (
         heads[found["left_hip"]]
         - heads[found["right_hip"]]
@@ -331,7 +331,7 @@ def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[Fl
 
 
 def _mover(found: Mapping[str, int], parents: list[int]) -> int:
-    """The lowest common ancestor of hips and shoulders."""
+    """Return the lowest common ancestor of hips and shoulders."""
 
     def path(bone: int) -> list[int]:
         steps = [bone]

@@ -28,7 +28,7 @@ MAX_JOINTS = 2_000
 """Largest number of joints of a skin, and of levels of nodes; characters have about a hundred."""
 MAX_ELEMENTS = 4_000_000
 MAX_STRIDE = 252
-"""Of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
+"""Largest stride of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
 MAX_IMAGE_SIDE = 4096
 
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -51,7 +51,7 @@ class Gltf:
         )
 
     def items(self, kind: str) -> list[dict[str, Any]]:
-        """The list `kind` ("nodes", "meshes", ...) of the file; empty where absent."""
+        """Return the list `kind` ("nodes", "meshes", ...) of the file; empty if absent."""
         if kind not in self._lists:
             value = self.json.get(kind, [])
             if (
@@ -64,8 +64,8 @@ class Gltf:
         return self._lists[kind]
 
     def indices(self, kind: str, value: Any, name: str) -> list[int]:
-        """A list of places in the list `kind`, as "children" and "joints" are; `name` is what
-        messages call it."""
+        """Check and return a list of indices into the list `kind`, such as "children" and "joints";
+        `name` is its name in messages."""
         if not isinstance(value, list) or len(value) > MAX_ITEMS:
             raise self.fail(f"'{name}' is {brief(value)}, no list of {kind}")
         for index in value:
@@ -73,7 +73,7 @@ class Gltf:
         return value
 
     def joints(self, skin: dict[str, Any]) -> list[int]:
-        """The nodes that are the joints of a skin, each once."""
+        """Return the nodes that are the joints of a skin, each once."""
         joints = self.indices("nodes", skin.get("joints"), "joints")
         if not 1 <= len(joints) <= MAX_JOINTS or len(set(joints)) < len(joints):
             raise self.fail(
@@ -82,15 +82,15 @@ class Gltf:
         return joints
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
-        """Entry `index` of list `kind`."""
+        """Return entry `index` of list `kind`."""
         entries = self.items(kind)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(entries):
             raise self.fail(f"refers to {kind}[{brief(index)}] of {len(entries)}")
         return entries[index]
 
     def view(self, index: Any) -> tuple[int, int, int]:
-        """Offset, length and stride (0: tightly packed) in bytes of a buffer view, checked against
-        the binary chunk."""
+        """Return offset, length and stride (0: tightly packed) in bytes of a buffer view, checked
+        against the binary chunk."""
         view = self.item("bufferViews", index)
         offset, length, stride = (
             self._count(view.get(key, 0), key) for key in ("byteOffset", "byteLength", "byteStride")
@@ -102,7 +102,7 @@ class Gltf:
         return offset, length, stride
 
     def accessor(self, index: Any) -> np.ndarray:
-        """The accessor as (count, width), normalized integers already mapped to [0, 1] or [-1, 1]
+        """Read an accessor as (count, width); normalized integers are mapped to [0, 1] or [-1, 1]
         float32.
 
         Interleaved views are de-interleaved; sparse accessors are not supported.
@@ -134,7 +134,7 @@ class Gltf:
         return np.maximum(raw.astype(np.float32) / np.iinfo(dtype).max, -1.0)
 
     def image(self, index: Any) -> ByteArray:
-        """Image `index`, decoded to (H, W, 3) uint8 sRGB; the size is checked before decoding."""
+        """Decode image `index` to (H, W, 3) uint8 sRGB; the size is checked before decoding."""
         from PIL import Image
 
         source = self.item("images", index)
@@ -155,8 +155,8 @@ class Gltf:
             raise self.fail(f"image {index} is no readable JPEG, PNG or WebP ({error})") from error
 
     def node_matrices(self) -> tuple[FloatArray, list[int]]:
-        """World matrices (N, 4, 4) float64 of the nodes in the pose of the file, and each node's
-        parent (-1: none)."""
+        """Return the world matrices (N, 4, 4) float64 of the nodes in the pose of the file, and
+        each node's parent (-1: none)."""
         nodes = self.items("nodes")
         parents = [-1] * len(nodes)
         for index, node in enumerate(nodes):
@@ -218,7 +218,8 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
     Raises
     ------
     InputError
-        The file is missing, too large, truncated or no binary glTF 2.0; the message names the file.
+        The file is missing, too large, truncated or not a binary glTF 2.0; the message names the
+        file.
     """
     source = Path(path)
     data = read_bytes(source, limit=MAX_FILE_BYTES)

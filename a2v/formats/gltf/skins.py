@@ -17,7 +17,7 @@ MAX_WEIGHTS = 32_000_000
 def read_skin(
     file: Gltf, world: FloatArray, nodes: tuple[int, ...]
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Vertices (n, 3) float64 of all skinned meshes in the pose and the units of the file, faces
+    """Read all skinned meshes in the pose and the units of the file: vertices (n, 3) float64, faces
     (f, 3) and weights (n, B) float32 of the bones."""
     place = {node: number for number, node in enumerate(nodes)}
     points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
@@ -62,7 +62,7 @@ def read_skin(
 
 
 def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
-    """Inverse bind matrices (joints, 4, 4) float64 of a skin."""
+    """Return the inverse bind matrices (joints, 4, 4) float64 of a skin."""
     if "inverseBindMatrices" not in skin:
         return np.tile(np.eye(4), (joints, 1, 1))
     given = file.accessor(skin["inverseBindMatrices"])
@@ -72,7 +72,7 @@ def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
 
 
 def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
-    """Triangles (f, 3) of a primitive of `count` vertices; none for lines and strips."""
+    """Return the triangles (f, 3) of a primitive of `count` vertices; none for lines and strips."""
     if primitive.get("mode", 4) != 4:
         return np.zeros((0, 3), np.int64)
     indices = (
@@ -87,7 +87,8 @@ def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
 def _posed(
     file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray
 ) -> tuple[FloatArray, tuple[IntArray, FloatArray]]:
-    """Vertices (n, 3) under the joints' matrices; joints and weights (n, 4) of each."""
+    """Return the vertices (n, 3) under the joints' matrices, and the joints and weights (n, 4) of
+    each."""
     vertices, joints, weights = (
         file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
     )

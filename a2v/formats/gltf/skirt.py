@@ -19,15 +19,15 @@ from a2v.geometry.mesh import piece_of_vertices
 from a2v.types import BoolArray, Character, FloatArray, IntArray
 
 CHAINS = 10
-"""Around a skirt."""
+"""Number of chains around a skirt."""
 JOINTS = 4
-"""Of a chain that turn; one more is its end."""
+"""Number of turning joints of a chain; one more is its end."""
 SWING = Swing(stiffness=0.6, gravity=0.2, drag=0.4, radius=0.015)
-"""Of cloth."""
+"""Swing of cloth."""
 _LEAST = 0.15
-"""A layer that is lower than this is not a skirt, meters."""
+"""Smallest height of a skirt, meters."""
 _TUCKED = 0.06
-"""Depth of the uppermost joint below the skirt's top, which lies within the trunk, meters."""
+"""Depth of the uppermost joint below the skirt's top, which lies inside the trunk, meters."""
 _LEGS = (("UpperLeg", "LowerLeg"), ("LowerLeg", "Foot"))
 """Bones with capsules around them, and the bones where these end."""
 
@@ -35,8 +35,8 @@ _LEGS = (("UpperLeg", "LowerLeg"), ("LowerLeg", "Foot"))
 def hang_skirt(character: Character) -> tuple[Character, Springs | None]:
     """Hang the skirt of a character on VRM's rig on chains of bones below the hips.
 
-    A skirt is a layer of its own, apart from the body's mesh, that begins about the hips and
-    reaches around both legs. Without one the character is returned unchanged, with None.
+    A skirt is a layer separate from the body's mesh that begins near the hips and reaches around
+    both legs. Without one the character is returned unchanged, with None.
     """
     skirt = _skirt_of(character)
     names = character.body.bone_names
@@ -59,7 +59,7 @@ def hang_skirt(character: Character) -> tuple[Character, Springs | None]:
 
 
 def _skirt_of(character: Character) -> BoolArray | None:
-    """Vertices (V,) of the skirt, None without one."""
+    """Return the vertices (V,) of the skirt; None without one."""
     vertices = character.surface.vertices
     label = piece_of_vertices(len(vertices), character.surface.faces)
     count = int(label.max()) + 1
@@ -83,7 +83,7 @@ def _skirt_of(character: Character) -> BoolArray | None:
 
 
 def _chain_places(points: FloatArray) -> FloatArray:
-    """Places (CHAINS, JOINTS + 1, 3) of the joints on the skirt `points` (n, 3)."""
+    """Return positions (CHAINS, JOINTS + 1, 3) of the joints on the skirt `points` (n, 3)."""
     heights = np.linspace(points[:, 1].max() - _TUCKED, points[:, 1].min(), JOINTS + 1)
     middle = points.mean(axis=0)
     angle = around(points - middle, CHAINS)
@@ -105,8 +105,8 @@ def _chain_places(points: FloatArray) -> FloatArray:
 def _chain_weights(
     points: FloatArray, places: FloatArray, bones: IntArray, hips: int
 ) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (n, 4) of the skirt: of two neighboring chains and two neighboring joints,
-    of the hips at the top."""
+    """Return weights and bones (n, 4) of the skirt: two neighboring chains and two neighboring
+    joints, and the hips at the top."""
     top, low = float(places[0, 0, 1]), float(places[0, -1, 1])
     down = (top - points[:, 1]) / (top - low) * JOINTS
     along = around(points - points.mean(axis=0), CHAINS)

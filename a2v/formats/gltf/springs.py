@@ -1,4 +1,4 @@
-"""Chains of bones that swing: add them to a character and write them as VRM 1.0 and 0.x."""
+"""Swinging chains of bones: added to a character, and written as VRM 1.0 and 0.x."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ END = 0.03
 
 @dataclass(frozen=True, kw_only=True)
 class Capsule:
-    """A solid that joints do not enter.
+    """A solid that joints cannot enter.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Capsule:
 
 @dataclass(frozen=True, kw_only=True)
 class Swing:
-    """How the joints of a chain move, in VRM's units.
+    """Physics of the joints of a chain, in VRM's units.
 
     Attributes
     ----------
     stiffness : float
-        How strongly a joint turns back to its rest.
+        Strength with which a joint turns back to its rest pose.
     gravity : float
         VRM's gravityPower.
     drag : float
@@ -114,20 +114,23 @@ def add_chains(body: Body, name: str, parent: int, places: FloatArray) -> tuple[
 
 
 def around(away: FloatArray, chains: int) -> FloatArray:
-    """Direction (n,) of points at `away` (n, 3) from an upright axis, in widths of one of `chains`
-    chains: 0 in front, growing to the person's left."""
+    """Return the direction (n,) of points at `away` (n, 3) from an upright axis, in widths of one
+    of `chains` chains.
+
+    It is 0 in front and grows toward the person's left.
+    """
     return np.asarray(np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * chains % chains)
 
 
 def apart(along: FloatArray, chain: int, chains: int) -> FloatArray:
-    """Distances (n,) of directions `along` (n,), as of `around`, from a chain."""
+    """Return the distances (n,) of directions `along` (n,), as of `around`, from a chain."""
     return np.asarray(np.abs((along - chain + chains / 2) % chains - chains / 2))
 
 
 def weights_between(
     chains: tuple[IntArray, IntArray, FloatArray], down: FloatArray, bones: IntArray, top: int
 ) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (n, 4) of vertices that follow two chains each.
+    """Return weights and bones (n, 4) of vertices that follow two chains each.
 
     Parameters
     ----------
@@ -135,7 +138,7 @@ def weights_between(
         The chains on both sides of each vertex, and the weight of the second one.
     down : (n,) float64
         Position of a vertex below the first joint, in joints. A vertex at a whole number plus one
-        half follows one joint alone.
+        half follows only one joint.
     bones : (C, J + 1) int64
     top : int
         The bone of vertices above the first joint.
@@ -155,8 +158,11 @@ def weights_between(
 
 
 def strongest(weights: FloatArray, bones: IntArray) -> tuple[FloatArray, IntArray]:
-    """The four strongest of weights (n, k) and bones (n, k), summed for repeated bones, as float32
-    with sums of one, and int32."""
+    """Return the four largest of weights (n, k) and their bones (n, k), as float32 with sums of
+    one, and int32.
+
+    Weights of repeated bones are summed first.
+    """
     four, whose = weights.copy(), bones
     for later in range(1, four.shape[1]):
         for earlier in range(later):
@@ -173,7 +179,7 @@ def strongest(weights: FloatArray, bones: IntArray) -> tuple[FloatArray, IntArra
 def capsule_between(
     character: Character, start: str, end: str, own: BoolArray, *, usual: float = 0.05
 ) -> Capsule:
-    """A capsule from one bone to another, as thick as the skin that the first one moves.
+    """Return a capsule from one bone to another, as thick as the skin that the first one moves.
 
     Parameters
     ----------
@@ -183,7 +189,7 @@ def capsule_between(
     own : (V,) bool
         Vertices that count as skin.
     usual : float
-        Radius where the bone moves no vertex, meters.
+        Radius if the bone moves no vertex, meters.
     """
     names = character.body.bone_names
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
@@ -195,19 +201,21 @@ def capsule_between(
 
 
 def to_segment(points: FloatArray, tail: FloatArray) -> FloatArray:
-    """Distances (n,) of points (n, 3) from the segment from the origin to `tail`, meters."""
+    """Return the distances (n,) of points (n, 3) from the segment from the origin to `tail`,
+    meters."""
     along = np.clip(points @ tail / float(tail @ tail), 0, 1)
     return np.asarray(np.linalg.norm(points - np.outer(along, tail), axis=1))
 
 
 def from_line(points: FloatArray, tail: FloatArray) -> FloatArray:
-    """Distances (n,) of points (n, 3) from the line through the origin and `tail`, meters."""
+    """Return the distances (n,) of points (n, 3) from the line through the origin and `tail`,
+    meters."""
     along = points @ tail / float(tail @ tail)
     return np.asarray(np.linalg.norm(points - np.outer(along, tail), axis=1))
 
 
 def spring_extension(springs: tuple[Springs, ...]) -> dict[str, Any]:
-    """VRMC_springBone of VRM 1.0."""
+    """Return VRMC_springBone of VRM 1.0."""
     colliders: list[dict[str, Any]] = []
     groups: list[dict[str, Any]] = []
     chains: list[dict[str, Any]] = []
@@ -253,7 +261,7 @@ def spring_extension(springs: tuple[Springs, ...]) -> dict[str, Any]:
 
 
 def secondary_animation(springs: tuple[Springs, ...]) -> dict[str, Any]:
-    """The springs of VRM 0.x, which has only spheres, in Unity's axes (z is negated)."""
+    """Return the springs of VRM 0.x, which has only spheres, in Unity's axes (z is negated)."""
     groups: list[dict[str, Any]] = []
     chains: list[dict[str, Any]] = []
     for one in springs:

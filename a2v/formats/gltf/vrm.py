@@ -126,7 +126,7 @@ _LIDS = {"eyeBlinkLeft": "blinkLeft", "eyeBlinkRight": "blinkRight"}
 
 
 EDITIONS: tuple[str, ...] = ("1.0", "0.x")
-"""Of the format."""
+"""Editions of the format."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,7 +222,7 @@ def with_springs(character: Character) -> tuple[Character, tuple[Springs, ...]]:
 def _extension(
     character: Character, meta: VrmMeta, bones: Mapping[str, Mapping[str, int]]
 ) -> dict[str, Any]:
-    """VRMC_vrm of VRM 1.0."""
+    """Return VRMC_vrm of VRM 1.0."""
     extension: dict[str, Any] = {
         "specVersion": "1.0",
         "meta": {
@@ -313,7 +313,8 @@ def _add_strengths(
     frames: int,
     fps: float,
 ) -> dict[str, Any]:
-    """Add strengths (frames,) in the form of the format: each is a node's path along x."""
+    """Add strengths (frames,) in the form of the format: the translation of a node along x for each
+    expression."""
     known: dict[str, dict[str, dict[str, int]]] = {}
     times = document.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
     for expression, values in strengths.items():
@@ -339,7 +340,7 @@ def _add_strengths(
 
 
 def _human_bones(body: Body) -> dict[str, dict[str, int]]:
-    """VRM's bones with their nodes, which are in the order of the bones."""
+    """Return VRM's bones with their nodes, which are in the order of the bones."""
     found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
     if missing := sorted(VRM_REQUIRED - found.keys()):
         raise InputError(
@@ -350,8 +351,8 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
 
 
 def _expressions(character: Character) -> dict[str, Any]:
-    """VRM's expressions and, as custom ones, ARKit's. Viewers require them to find the eyes, so
-    without a face they are present but empty."""
+    """Return VRM's expressions and, as custom ones, ARKit's. Without a face they are present but
+    empty, because viewers need them to find the eyes."""
     face, node = character.surface.face, len(character.body.bone_names)
     if face is None:
         return {"preset": {}}
@@ -378,8 +379,8 @@ def _expressions(character: Character) -> dict[str, Any]:
 
 
 def _look_at(body: Body) -> dict[str, Any]:
-    """Look-at: the eyes turn by up to 10 degrees for a target 90 degrees aside, from the point
-    between them."""
+    """Return the look-at: the eyes turn by up to 10 degrees for a target 90 degrees aside, from the
+    point between them."""
     place = {
         name: transform[:3, 3].astype(np.float64)
         for name, transform in zip(body.bone_names, body.bone_transforms, strict=True)

@@ -1,4 +1,5 @@
-"""The part of a VRM 0.x file that is not glTF (https://github.com/vrm-c/vrm-specification, 0.0)."""
+"""The parts of a VRM 0.x file that are not glTF (https://github.com/vrm-c/vrm-specification,
+0.0)."""
 
 from __future__ import annotations
 
@@ -63,15 +64,15 @@ _PLAIN: Mapping[str, dict[str, object]] = MappingProxyType(
         )
     }
 )
-"""A material with the properties of glTF alone."""
+"""A material with only the properties of glTF."""
 
 _THUMBS = {"ThumbMetacarpal": "ThumbProximal", "ThumbProximal": "ThumbIntermediate"}
 """Bones that have other names in 0.x."""
 
 
 def turned_around(character: Character) -> Character:
-    """A character on bones of the world's axes that faces -z, as avatars of VRM 0.x do; the bones
-    keep their axes."""
+    """Turn a character on bones with the world's axes to face -z, as avatars of VRM 0.x do; the
+    bones keep their axes."""
     half = np.array([-1.0, 1.0, -1.0], np.float32)
     surface, body = character.surface, character.body
     face = (
@@ -124,7 +125,7 @@ def extension(
     materials: list[str],
     springs: tuple[Springs, ...],
 ) -> dict[str, Any]:
-    """The extension ``VRM`` of a `turned_around` character.
+    """Return the extension ``VRM`` of a `turned_around` character.
 
     Parameters
     ----------
@@ -171,7 +172,7 @@ def extension(
 def _groups(
     character: Character, presets: Mapping[str, Mapping[str, float]]
 ) -> list[dict[str, Any]]:
-    """Presets, then ARKit's expressions by capitalized names, as face trackers expect."""
+    """Return presets, then ARKit's expressions by capitalized names, as face trackers expect."""
     face = character.surface.face
     if face is None:
         return []
@@ -197,8 +198,11 @@ def _groups(
 
 
 def _first_person(character: Character, bones: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """First person from the point between the eyes, which turn by up to 10 degrees for a target 90
-    degrees aside; offsets in Unity's axes."""
+    """Return the first-person settings: from the point between the eyes, which turn by up to 10
+    degrees for a target 90 degrees aside.
+
+    Offsets are in Unity's axes.
+    """
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
     offset = np.array([0.0, 0.06, 0.0])
     if {"leftEye", "rightEye"} <= bones.keys():

@@ -162,8 +162,8 @@ def skinned_document(
 
 
 def add_bones(document: Document, body: Body, local: FloatArray) -> list[int]:
-    """Make a node of every bone, in their order from node 0 on, at its place `local` (B, 4, 4) in
-    its parent; returns the roots."""
+    """Make a node of every bone, in order from node 0 on, at its position `local` (B, 4, 4) in its
+    parent; returns the roots."""
     children: list[list[int]] = [[] for _ in body.bone_names]
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent >= 0:
@@ -205,7 +205,7 @@ def write_morph_glb(
     Raises
     ------
     InputError
-        Wrong shape, not finite, or more than 2 GiB (12 bytes a vertex and frame).
+        Wrong shape, not finite, or more than 2 GiB (12 bytes per vertex and frame).
     """
     frames = np.asarray(frames, dtype=np.float32)
     if (
@@ -257,8 +257,8 @@ def add_animation(
     parents: IntArray,
     bind: FloatArray,
 ) -> dict[str, Any]:
-    """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place
-    `bind` (B, 4, 4) in their parent."""
+    """Make an animation of bone transforms (T, B, 4, 4), with channels for bones that move relative
+    to `bind` (B, 4, 4)."""
     local = parent_from_bone(transforms, parents)
     times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
@@ -284,7 +284,7 @@ def add_animation(
 
 
 def _xyzw(rotmats: FloatArray) -> FloatArray:
-    """Quaternions (..., 4) in glTF's order of rotation matrices (..., 3, 3)."""
+    """Return quaternions (..., 4) in glTF's order from rotation matrices (..., 3, 3)."""
     quats = rotmat_to_quat(rotmats.astype(np.float64))
     ordered: FloatArray = quats[..., [1, 2, 3, 0]]
     return ordered

@@ -1,9 +1,9 @@
-"""The landmark network of BlazePose as a torch module whose weights can be trained: a start that
-has seen real photographs.
+"""The landmark network of BlazePose as a torch module with trainable weights, which were trained on
+real photographs.
 
-BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, Apache-2.0 like
-the weights trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
-carries.
+It is BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, under
+Apache-2.0 like the weights trained from it. The file is read with the TensorFlow Lite schema of the
+same wheel.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from a2v.io import read_bytes
 from a2v.types import FloatArray
 
 FILE = "modules/pose_landmark/pose_landmark_full.tflite"
-"""In mediapipe's folder."""
+"""Path in mediapipe's folder."""
 DIGEST = "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f"
-"""SHA-256 of the file whose tensors the numbers below are of."""
+"""SHA-256 of the file that the tensor numbers below refer to."""
 INPUT = 0
-"""Tensor of the file: the picture."""
+"""Number of the tensor of the picture."""
 LANDMARKS = 337
-"""Tensor of the file: BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and two
-logits, of 39 points."""
+"""Number of the tensor of BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and
+two logits, of 39 points."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ class Operation:
     inputs : tuple of int
     output : int
     weights : int
-        Which convolution of the file it is, counted from 0; -1 for other layers.
+        Number of the convolution in the file, from 0; -1 for other layers.
     stride, groups : int
     padding : tuple of 4 int
         Left, right, top, bottom.
@@ -67,14 +67,14 @@ class Operation:
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """Operations in the order in which they run, and the arrays of the convolutions: ``w<number>``
-    (out, in, k, k), ``b<number>`` (out,)."""
+    """Operations in the order of execution, and the arrays of the convolutions: ``w<number>`` (out,
+    in, k, k), ``b<number>`` (out,)."""
 
     operations: tuple[Operation, ...]
     arrays: Mapping[str, FloatArray]
 
     def needed_for(self, outputs: Sequence[int]) -> tuple[Operation, ...]:
-        """The operations that tensors `outputs` depend on."""
+        """Return the operations that the tensors `outputs` depend on."""
         needed, kept = set(outputs), []
         for operation in reversed(self.operations):
             if operation.output in needed:
@@ -85,12 +85,12 @@ class Graph:
 
 @lru_cache(maxsize=1)
 def read_blazepose() -> Graph:
-    """The graph in mediapipe's wheel, for pictures of 256 pixels.
+    """Read the graph in mediapipe's wheel, for pictures of 256 pixels.
 
     Raises
     ------
     InputError
-        The wheel is not there, or is another version.
+        The wheel is missing, or has another version.
     """
     found = find_spec("mediapipe")
     if found is None or found.origin is None:
@@ -108,8 +108,8 @@ def read_blazepose() -> Graph:
 
 
 class _Reader:
-    """Turns TensorFlow Lite's operators into `Operation`; half-precision weights become float32,
-    padding is part of the convolutions."""
+    """Converts TensorFlow Lite's operators to `Operation`. Half-precision weights become float32,
+    and padding becomes part of the convolutions."""
 
     def __init__(self, model: Any, schema: Any) -> None:
         self.tensors, self.operators = model.subgraphs[0].tensors, model.subgraphs[0].operators
@@ -139,8 +139,7 @@ class _Reader:
         self.arrays: dict[str, FloatArray] = {}
 
     def graph(self) -> Graph:
-        """All operations; what follows the heads that we don't use (softmax of the segmentation) is
-        left out."""
+        """Return all operations except those after unused heads (softmax of the segmentation)."""
         found = [
             self._operation(self.kinds[operator.opcodeIndex], operator)
             for operator in self.operators
@@ -189,9 +188,7 @@ class _Reader:
         }
         source, padding = self.padded.get(inputs[0], (inputs[0], (0, 0, 0, 0)))
         stride, kernel = int(options.strideH), weights.shape[2]
-        if (
-            options.padding == self.same
-        ):  # TensorFlow's: what is odd goes to the right and the bottom
+        if options.padding == self.same:  # TensorFlow puts odd padding at the right and the bottom
             size = int(self.tensors[source].shape[1])
             total = max((-(-size // stride) - 1) * stride + kernel - size, 0)
             padding = (total // 2, total - total // 2) * 2
@@ -208,8 +205,9 @@ class _Reader:
 
 
 class BlazePoseLayers(nn.Module):
-    """The part of the graph that some tensors need, with its weights as parameters
-    ``numbers.w<number>`` and ``numbers.b<number>``.
+    """The part of the graph for some output tensors.
+
+    Its weights are the parameters ``numbers.w<number>`` and ``numbers.b<number>``.
 
     Parameters
     ----------
@@ -239,8 +237,10 @@ class BlazePoseLayers(nn.Module):
         }
 
     def freeze_until(self, output: int) -> None:
-        """Keep the weights of all steps up to the one that makes the tensor `output` frozen:
-        what sees edges has seen photographs."""
+        """Freeze the weights of all steps up to the one that computes the tensor `output`.
+
+        The early layers have been trained on photographs.
+        """
         for step in self.operations:
             if step.weights >= 0:
                 for kind in "wb":
@@ -249,7 +249,8 @@ class BlazePoseLayers(nn.Module):
                 break
 
     def forward(self, pictures: Tensor) -> list[Tensor]:
-        """The outputs, (B, C, H, W) or (B, C), for pictures (B, 3, 256, 256), RGB in [0, 1]."""
+        """Return the outputs, (B, C, H, W) or (B, C), for pictures (B, 3, 256, 256), RGB in [0,
+        1]."""
         values = {INPUT: pictures}
         for step in self.operations:
             made = self._step(step, [values[number] for number in step.inputs])

@@ -1,5 +1,5 @@
-"""Training examples of the body map from quick views: pictures, truths, and changes that
-photographs and their masks may have."""
+"""Training examples of the body map from quick views: pictures, ground truth, and augmentation of
+photographs and masks."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range
 
 
 def landmark_weights() -> FloatArray:
-    """Weights of the landmarks (33,): eyes, mouth, fingers and toes have less than those that the
-    fit relies on."""
+    """Return the weights of the landmarks (33,). Eyes, mouth, fingers and toes weigh less than
+    those that the fit depends on."""
     weights = np.ones(len(BLAZEPOSE), np.float32)
     for weight, chosen in _LESS.items():
         weights[list(chosen)] = weight
@@ -31,8 +31,9 @@ def landmark_weights() -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A picture and its truth; `stack` puts B of them together. Lengths are in sides of the
-    picture, depth from the middle of the hips.
+    """A picture and its ground truth; `stack` makes a batch of B of them.
+
+    Lengths are in sides of the picture, and depth is relative to the middle of the hips.
 
     Attributes
     ----------
@@ -41,13 +42,13 @@ class Example:
     points : (33, 3) float32
         Landmarks: u, v, depth.
     weights : (33,) float32
-        How much each landmark counts.
+        Weight of each landmark.
     places : (3, 64, 64) float32
     depths : (2, 64, 64) float32
-        Of front and back; 0 where the pixel shows nobody.
+        Depth of front and back; 0 at pixels without the person.
     seen : (2, 64, 64) bool
-        Whether a pixel sees the person, whose front and back it then shows. Where a thing hides the
-        person it does not: no evidence.
+        Whether front and back are known at a pixel: it shows the person. False where an object
+        occludes the person.
     scale : () float32
         Sides of the picture per meter.
     """
@@ -62,7 +63,7 @@ class Example:
 
 
 def stack(examples: Sequence[Example]) -> Example:
-    """A batch: every array with a leading axis B."""
+    """Make a batch: every array gets a leading axis B."""
     return Example(
         **{
             item.name: np.stack([getattr(one, item.name) for one in examples])
@@ -72,11 +73,11 @@ def stack(examples: Sequence[Example]) -> Example:
 
 
 def make_example(view: QuickView, generator: np.random.Generator | None = None) -> Example:
-    """A view as an example, the person on gray; with a `generator` changed as photographs and
-    masks of them may be, and mirrored every other time.
+    """Make an example from a view, with the person on gray.
 
-    Landmarks behind things count as much as those behind the person's own body: they must be
-    guessed, and their scales become larger.
+    With a `generator` the picture and the mask get random changes as in real photographs, and half
+    of the examples are mirrored. Landmarks behind objects have the same weight as those behind the
+    person's own body: they must be guessed, and their predicted scales become larger.
     """
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
@@ -103,7 +104,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
 
 
 def mirrored(example: Example) -> Example:
-    """What a mirror shows: left and right of picture and body change places."""
+    """Mirror an example: left and right of the picture and of the body are swapped."""
     order, sign = MIRRORED_BLAZEPOSE, np.array([-1, 1, 1], np.float32)
     return replace(
         example,
@@ -119,10 +120,11 @@ def mirrored(example: Example) -> Example:
 def _changed(
     picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) mostly on gray, with something in front of it, in other light; and a
-    mask (256, 256) with errors, or none at all.
+    """Augment a picture (256, 256, 3) and its mask (256, 256).
 
-    Two masks in five include the `things` (256, 256) near the person, as segmentations do.
+    The background becomes mostly gray, an occluder is added, and the light changes. The mask gets
+    errors, or is removed. Two masks in five include the `things` (256, 256) near the person, as
+    segmentations do.
     """
     import cv2
 
@@ -135,7 +137,7 @@ def _changed(
     if generator.random() < 0.88:
         plain = generator.random(3).astype(np.float32) if generator.random() < 0.15 else GRAY
         cover, kind = mask, generator.random()
-        if kind < 0.3:  # something of the true background stays
+        if kind < 0.3:  # keep a part of the true background
             cover = cv2.dilate(mask, np.ones((3, 3) if kind < 0.2 else (5, 5), np.uint8))
         elif kind < 0.4:
             cover = cv2.erode(mask, np.ones((3, 3), np.uint8))
@@ -161,18 +163,18 @@ def _changed(
 
 
 class QuickViews:
-    """The views of a folder's split, kept in memory (45 KB each).
+    """All views of a folder's split, in memory (45 KB each).
 
     Parameters
     ----------
     folder : path
-        What `a2v.lab.studio.quick.dataset` wrote.
+        Folder written by `a2v.lab.studio.quick.dataset`.
     split : str
 
     Raises
     ------
     InputError
-        There are none, or a file is damaged.
+        There are no views, or a file is damaged.
     """
 
     def __init__(self, folder: str | os.PathLike[str], split: str) -> None:
@@ -181,16 +183,16 @@ class QuickViews:
         self.refresh()
 
     def refresh(self) -> None:
-        """Take over shards that were written meanwhile."""
+        """Add shards that were written since the last call."""
         for path in list_shards(self._folder, self._split):
             if path not in self._shards:
                 self._shards[path] = QuickShard.load(path)
         self._order = list(self._shards.values())
 
     def __len__(self) -> int:
-        """How many views."""
+        """Number of views."""
         return SHARD * len(self._order)
 
     def view(self, index: int) -> QuickView:
-        """View `index`; views that come later have larger numbers."""
+        """Return view `index`; views that are added later have larger numbers."""
         return self._order[index // SHARD].view(index % SHARD)

@@ -1,4 +1,4 @@
-"""What the body map is trained to make small, and what its errors are in meters."""
+"""Losses of the body map, and its errors in metric units."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ _FRONT, _LOG_FRONT, _LOG_PLACE, _INSIDE = (
 
 
 def tensors(batch: Example, device: torch.device) -> dict[str, Tensor]:
-    """The arrays of a batch by name, on a device; pictures with their channels last."""
+    """Return the arrays of a batch by name, on a device; pictures are in channels-last memory
+    format."""
     found = {name: torch.from_numpy(values).to(device) for name, values in vars(batch).items()}
     found["picture"] = found["picture"].contiguous(memory_format=torch.channels_last)
     return found
 
 
 def losses(predicted: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Weighted losses of a batch: mean absolute errors, and negative log likelihoods of Laplace
-    distributions with the predicted scales.
+    """Return the weighted losses of a batch: mean absolute errors, and negative log likelihoods of
+    Laplace distributions with the predicted scales.
 
     Parameters
     ----------
@@ -73,11 +74,11 @@ def _laplace(error: Tensor, log_scale: Tensor) -> Tensor:
 
 
 def errors(predicted: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Mean errors (B,) of each view, centimeters (places: of their own unit); NaN where nothing is
-    seen.
+    """Return mean errors (B,) of each view, centimeters (places: in their own unit); NaN if nothing
+    is visible.
 
-    Elbows, wrists, knees and ankles within the picture: distance in the picture's plane, and in
-    depth; depth of all landmarks; of the front.
+    They are, for elbows, wrists, knees and ankles within the picture, the distance in the picture's
+    plane and in depth; the depth of all landmarks; and the depth of the front.
     """
     centimeters = 100 / true["scale"]
     inside = true["weights"] > 0.25

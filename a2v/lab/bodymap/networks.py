@@ -19,9 +19,9 @@ from a2v.lab.bodymap.blazepose import LANDMARKS, BlazePoseLayers
 from a2v.perception.depth import HIPS
 
 SIDE = 256
-"""Pixels a side of the picture."""
+"""Side of the picture, pixels."""
 MAP_SIDE = 64
-"""Pixels a side of the maps."""
+"""Side of the maps, pixels."""
 MAPS = (
     "place_x",
     "place_y",
@@ -40,7 +40,7 @@ TAPS = (279, 277, 251, 269, 316)
 CHANNELS = (48, 48, 88, 144, 288)
 """Their channels."""
 EDGES = 222
-"""The tensor up to which BlazePose's weights are frozen."""
+"""Number of the tensor up to which BlazePose's weights are frozen."""
 WIDTH = 96
 """Channels at strides 8 to 64."""
 TOP = 64
@@ -49,8 +49,8 @@ TOKEN = 128
 """Channels of a landmark's token."""
 _OWN_SCALE = (1 / SIDE, 1 / SIDE, 1 / SIDE, 0.1, 0.1)
 _OWN_DEPTH = -0.186
-"""BlazePose's depth, away from the camera, as depth towards it: fitted to quick views of held-out
-people by least squares."""
+"""Factor from BlazePose's depth (away from the camera) to depth toward the camera, fitted to quick
+views of held-out people by least squares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,10 @@ class BodyMaps:
     points : (B, 33, 3)
         BlazePose's landmarks: u, v, depth.
     first : (B, 33, 3)
-        Landmarks by the heat maps: `points` lies between this and BlazePose's own, and is then
-        corrected.
+        Landmarks from the heat maps. `points` is an interpolation between these and BlazePose's
+        own, plus a correction.
     log_scales : (B, 33, 2)
-        Natural logarithms of the Laplace scales in the picture and of the depth.
+        Natural logarithms of the Laplace scales in the picture and in depth.
     maps : (B, 9, 64, 64)
         See `MAPS`.
     """
@@ -78,9 +78,9 @@ class BodyMaps:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What was read out of the pixels: features (B, 64, 64, 64), `maps`, heat and depth (B, 66, 64,
-    64) of the landmarks, features (B, 288) of the whole, and BlazePose's own landmarks (B, 33, 5).
-    """
+    """Outputs of the per-pixel part: features (B, 64, 64, 64), `maps`, heat and depth (B, 66, 64,
+    64) of the landmarks, features (B, 288) of the whole picture, and BlazePose's own landmarks
+    (B, 33, 5)."""
 
     pixels: Tensor
     maps: Tensor
@@ -89,7 +89,7 @@ class Seen:
     own: Tensor
 
     def float(self) -> Seen:
-        """All in float32."""
+        """Return all tensors in float32."""
         return Seen(
             self.pixels.float(),
             self.maps.float(),
@@ -107,7 +107,7 @@ def _convolution(inputs: int, outputs: int, kernel: int = 3, groups: int = 1) ->
 
 
 class _Mixer(nn.Module):
-    """A residual block: each channel over its neighborhood, then the channels among each other."""
+    """A residual block: a depthwise convolution of each channel, then a mix of the channels."""
 
     def __init__(self, width: int, kernel: int = 5) -> None:
         super().__init__()
@@ -119,13 +119,13 @@ class _Mixer(nn.Module):
         )
 
     def forward(self, values: Tensor) -> Tensor:
-        """Channels and size stay."""
+        """Apply the block; number of channels and size are unchanged."""
         changed: Tensor = values + self.change(values)
         return changed
 
 
 class Backbone(nn.Module):
-    """BlazePose's features at `TAPS` and its own landmarks; the mask is not for it."""
+    """BlazePose's features at `TAPS` and its own landmarks. It does not use the mask."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -133,8 +133,8 @@ class Backbone(nn.Module):
         self.layers.freeze_until(EDGES)
 
     def forward(self, picture: Tensor) -> tuple[list[Tensor], Tensor]:
-        """Features (B, C, H, W) from fine to coarse, and landmarks (B, 33, 5), lengths in sides of
-        the picture."""
+        """Return features (B, C, H, W) from fine to coarse, and landmarks (B, 33, 5), lengths in
+        sides of the picture."""
         *features, own = self.layers(picture[:, :3])
         return features, own[:, : 5 * len(BLAZEPOSE)].reshape(
             -1, len(BLAZEPOSE), 5
@@ -142,8 +142,8 @@ class Backbone(nn.Module):
 
 
 class BodyMapNetwork(nn.Module):
-    """See the module. The mask enters where the features have been read: BlazePose knows
-    photographs, not masks."""
+    """The network of the module. The mask is added after BlazePose's features, because BlazePose
+    was trained without masks."""
 
     grid: Tensor
 
@@ -164,7 +164,7 @@ class BodyMapNetwork(nn.Module):
         self.top = _Mixer(TOP, 3)
         self.maps = nn.Conv2d(TOP, len(MAPS), 1)
         count = len(BLAZEPOSE)
-        self.marks = nn.Conv2d(TOP, 2 * count, 1)  # heat and depth of each
+        self.marks = nn.Conv2d(TOP, 2 * count, 1)  # heat and depth of each landmark
         self.embed, self.whole, self.own = (
             nn.Linear(TOP + 6, TOKEN),
             nn.Linear(CHANNELS[-1], TOKEN),
@@ -175,8 +175,8 @@ class BodyMapNetwork(nn.Module):
             TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu"
         )
         self.attend = nn.TransformerEncoder(layer, 3, enable_nested_tensor=False)
-        # a correction, two scales, and the shares of the heat maps' place over BlazePose's in the
-        # picture and in depth
+        # a correction, two scales, and the weights of the heat maps against BlazePose's landmarks,
+        # in the picture and in depth
         self.out = nn.Linear(TOKEN, 7)
         nn.init.zeros_(self.out.weight)
         with torch.no_grad():
@@ -188,8 +188,7 @@ class BodyMapNetwork(nn.Module):
         )
 
     def look(self, picture: Tensor) -> Seen:
-        """The part of the work that grows with the pixels, for pictures (B, 4, 256, 256); it may
-        run in half precision."""
+        """Run the per-pixel part on pictures (B, 4, 256, 256); it may run in half precision."""
         seen, own = self.backbone(picture)
         levels = [lateral(level) for lateral, level in zip(self.lateral, seen, strict=True)]
         mask = functional.avg_pool2d(picture[:, 3:], SIDE // MAP_SIDE)
@@ -211,7 +210,7 @@ class BodyMapNetwork(nn.Module):
         return Seen(pixels, self.maps(pixels), self.marks(pixels), seen[-1].mean(dim=(2, 3)), own)
 
     def conclude(self, seen: Seen) -> BodyMaps:
-        """Landmarks from heat maps and BlazePose's own, which look at each other."""
+        """Compute landmarks from the heat maps and BlazePose's own, with attention among them."""
         count = len(BLAZEPOSE)
         marks = seen.marks.flatten(2)
         heat, depth = marks[:, :count], marks[:, count:]
@@ -233,12 +232,12 @@ class BodyMapNetwork(nn.Module):
         )
 
     def forward(self, picture: Tensor) -> BodyMaps:
-        """Maps and landmarks of pictures (B, 4, 256, 256)."""
+        """Return maps and landmarks of pictures (B, 4, 256, 256)."""
         return self.conclude(self.look(picture))
 
 
 def _start(own: Tensor) -> Tensor:
-    """BlazePose's own landmarks (B, 33, 5) as `BodyMaps.points` has them."""
+    """Convert BlazePose's own landmarks (B, 33, 5) to the form of `BodyMaps.points`."""
     depth = _OWN_DEPTH * own[..., 2:3]
     hips = (depth[:, HIPS[0], None] + depth[:, HIPS[1], None]) / 2
     return torch.cat([own[..., :2], depth - hips], dim=-1)

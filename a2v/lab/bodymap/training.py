@@ -1,4 +1,4 @@
-"""Training of the body map on quick views; a killed run resumes from its checkpoint, on a CPU or
+"""Training of the body map on quick views. A stopped run resumes from its checkpoint, on a CPU or
 with CUDA."""
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from a2v.perception.bodymap import FILE as SHIPPED
 
 FILE = "checkpoint.pt"
 CALIBRATION = 16
-"""Batches that normalizations of restored networks are calibrated on."""
+"""Number of batches by which normalizations of restored networks are calibrated."""
 _AT_ONCE = 32
-"""Views that are measured together."""
+"""Number of views that are measured at a time."""
 
 
 @dataclass(frozen=True)
 class BodyMapSettings(RunSettings):
-    """How the body map is trained.
+    """Settings of the training of the body map.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class BodyMapSettings(RunSettings):
     learning_rate : float
         Peak learning rate of AdamW. It follows half a cosine after a short warm-up.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     backbone_share : float
         Learning rate of BlazePose's own weights as a share of the others'.
     average : float
@@ -78,28 +78,28 @@ class BodyMapSettings(RunSettings):
 
 
 def initial_folder(initial: str) -> Path:
-    """The folder that `BodyMapSettings.initial` names."""
+    """Return the folder that `BodyMapSettings.initial` names."""
     return SHIPPED.parent if initial == "shipped" else Path(initial)
 
 
 def stored_weights(folder: str | os.PathLike[str]) -> dict[str, np.ndarray]:
-    """The weights in a folder's ``bodymap.onnx``, for `a2v.lab.untracing.fill`.
+    """Read the weights in a folder's ``bodymap.onnx``, for `a2v.lab.untracing.fill`.
 
     Raises
     ------
     InputError
-        There is no such view.
+        There is no such file.
     """
     return read_weights(Path(folder) / SHIPPED.name, {"body.": ""})
 
 
 def load_network(folder: str | os.PathLike[str]) -> tuple[BodyMapNetwork, dict[str, Any]]:
-    """The averaged network of a run's folder, for inference, and facts on its training.
+    """Load the averaged network of a run's folder for inference, and facts on its training.
 
     Raises
     ------
     InputError
-        It was not trained there.
+        The folder has no trained network.
     """
     content = read_checkpoint(Path(folder) / FILE, ("average", "iteration"))
     network = BodyMapNetwork()
@@ -118,7 +118,7 @@ class BodyMapTraining(Training):
     Attributes
     ----------
     model, average : BodyMapNetwork
-        What is trained, and the moving average of its weights.
+        The trained network, and the moving average of its weights.
     generator : numpy Generator
         Draws views and their changes.
     """
@@ -171,7 +171,7 @@ class BodyMapTraining(Training):
         self.average.load_state_dict(self.model.state_dict())
 
     def step(self) -> dict[str, float]:
-        """One iteration; the number of views there are, and the weighted losses."""
+        """Run one iteration; returns the number of available views, and the weighted losses."""
         if self.iteration % 200 == 0:
             self.views.refresh()
         true = self._batch()
@@ -186,7 +186,7 @@ class BodyMapTraining(Training):
         }
 
     def _batch(self) -> dict[str, Tensor]:
-        """The examples of an iteration."""
+        """Return the examples of an iteration."""
         chosen = self.generator.integers(0, len(self.views), self.settings.batch_size)
         return tensors(
             stack([make_example(self.views.view(int(index)), self.generator) for index in chosen]),
@@ -195,7 +195,7 @@ class BodyMapTraining(Training):
 
     @torch.no_grad()
     def _take_average(self) -> None:
-        """Move the average towards the weights, at first quickly."""
+        """Move the average toward the weights, quickly at first."""
         done = self.iteration + 1
         kept = min(self.settings.average, done / (done + 100))
         for averaged, own in zip(
@@ -208,8 +208,8 @@ class BodyMapTraining(Training):
 
     @torch.no_grad()
     def measure(self) -> dict[str, float]:
-        """Errors of the averaged network on people, clothes and clips that training never shows;
-        see `errors`."""
+        """Return errors of the averaged network on people, clothes and clips that are not in
+        training data; see `errors`."""
         if self.held_out is None:
             return {}
         found: dict[str, list[Tensor]] = {}
@@ -226,7 +226,7 @@ class BodyMapTraining(Training):
         }
 
     def content(self) -> dict[str, Any]:
-        """Weights, their average, and the generator's state."""
+        """Return the weights, their average, and the generator's state."""
         return {
             "model": self.model.state_dict(),
             "average": self.average.state_dict(),
@@ -247,17 +247,17 @@ def train_bodymap(
     settings: BodyMapSettings | None = None,
     on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> BodyMapNetwork:
-    """Train the body map, or go on with it, in `folder`; the averaged network.
+    """Train the body map in `folder`, or resume its training; returns the averaged network.
 
-    Writes ``checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``log.csv``.
+    It writes ``checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``log.csv``.
 
     Parameters
     ----------
     views : path
-        What `a2v.lab.studio.quick.dataset.write_quick_views` wrote; views that are added while it
-        trains are used as they come.
+        Folder of `a2v.lab.studio.quick.dataset.write_quick_views`. Views that are added during the
+        training are used, too.
     folder : path
-        Of the run.
+        Folder of the run.
     on_log : callable
         Called with the mean losses since the last call and the held-out errors, every `log_every`
         iterations.

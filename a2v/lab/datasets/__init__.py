@@ -30,7 +30,7 @@ def load_dataset(
     Parameters
     ----------
     name : str
-        "bvh" is a folder (or zip) of BVH files with one sub-folder an action.
+        "bvh" is a folder (or zip) of BVH files with one subfolder per action.
     path : path
     bvh : BVHFolderSettings
         Rate, window, units and axis ("bvh" only).

@@ -1,4 +1,4 @@
-"""Pickles of numpy arrays from strangers: read without running anything that they name."""
+"""Pickles of numpy arrays from untrusted sources, read without running any code that they name."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class _Forbidden(Exception):
 
 
 class _NoClass:
-    """Stands for `numpy.ndarray` where a pickle passes the class on; it cannot be called."""
+    """Replaces `numpy.ndarray` if a pickle passes the class on; it cannot be called."""
 
 
 class _StoredArray:
-    """What joblib leaves in the place of an array; the numbers follow in the stream (its format
-    since 0.10)."""
+    """joblib's placeholder of an array; the numbers follow in the stream (its format since
+    0.10)."""
 
     def read(self, stream: io.BytesIO) -> np.ndarray:
-        """The array, bounded by what is left of the file."""
+        """Read the array, whose size is bounded by the rest of the file."""
         shape, order, dtype = (self.__dict__.get(name) for name in ("shape", "order", "dtype"))
         if (
             not isinstance(dtype, np.dtype)
@@ -54,7 +54,7 @@ class _StoredArray:
 
 
 def _array(kind: object, shape: object, code: object) -> np.ndarray:
-    """numpy's `_reconstruct`: an empty array, filled by its state afterwards."""
+    """Replacement of numpy's `_reconstruct`: an empty array, filled by its state afterwards."""
     if kind is not _NoClass:
         raise _Forbidden("an array of a foreign class")
     return np.empty(0, dtype=np.uint8)
@@ -79,19 +79,19 @@ def _scalar(dtype: object, data: object) -> Any:
 
 
 def _encode(text: object, encoding: object = "latin1") -> bytes:
-    """Protocol 2 keeps bytes as text."""
+    """Replacement for bytes of protocol 2, which it stores as text."""
     if not isinstance(text, str) or encoding not in ("latin1", "latin-1"):
         raise _Forbidden("text in a foreign encoding")
     return text.encode("latin-1")
 
 
 def _no_bytes() -> bytes:
-    """How protocol 2 writes bytes without content."""
+    """Replacement for empty bytes of protocol 2."""
     return b""
 
 
 def _from_buffer(data: object, dtype: object, shape: object, order: object) -> np.ndarray:
-    """How protocol 5 writes arrays."""
+    """Replacement for arrays of protocol 5."""
     if (
         not isinstance(data, bytes | bytearray)
         or not isinstance(dtype, np.dtype)
@@ -115,8 +115,8 @@ _ALLOWED: dict[tuple[str, str], Any] = {
 
 
 class _ArrayUnpickler(pickle._Unpickler):
-    """Python's own unpickler (the one in C cannot be stopped inside the stream) with a list of what
-    may be named."""
+    """Python's own unpickler (the C version cannot be stopped inside the stream) with a list of
+    allowed names."""
 
     stack: list[Any]
     memo: dict[int, Any]
@@ -127,14 +127,14 @@ class _ArrayUnpickler(pickle._Unpickler):
         self.stream = stream
 
     def find_class(self, module: str, name: str) -> Any:
-        """Arrays and plain containers only."""
+        """Allow only arrays and plain containers."""
         try:
             return _ALLOWED[module, name]
         except KeyError:
             raise _Forbidden(f"{module}.{name}") from None
 
     def load_build(self) -> None:
-        """Set a state; only arrays, types and joblib's place holders take one."""
+        """Set a state; only arrays, types and joblib's placeholders accept one."""
         state, target = self.stack.pop(), self.stack[-1]
         made: np.ndarray | np.dtype
         if isinstance(target, _StoredArray) and isinstance(state, dict):
@@ -168,7 +168,7 @@ class _ArrayUnpickler(pickle._Unpickler):
         self.stack[-1] = made
         for key in reversed(
             self.memo
-        ):  # later references mean the filled one; it was remembered a moment ago
+        ):  # later references mean the filled array, which was memoized just now
             if self.memo[key] is target:
                 self.memo[key] = made
                 break
@@ -176,7 +176,7 @@ class _ArrayUnpickler(pickle._Unpickler):
     dispatch[pickle.BUILD[0]] = load_build
 
     def load_bytearray(self) -> None:
-        """Bytes that may change, in memory only as long as the rest of the stream."""
+        """Read mutable bytes; their size is bounded by the rest of the stream."""
         length = int.from_bytes(self.read(8), "little")  # type: ignore[attr-defined]
         if length > len(self.stream.getbuffer()):
             raise EOFError(f"{length} bytes are cut off")
@@ -201,21 +201,21 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     Raises
     ------
     InputError
-        It is no such file; the message names what it refers to.
+        It is not such a file; the message has the forbidden name.
     """
     if data[:1] != pickle.PROTO:
         raise InputError(
-            f"{where} is no pickle of Python 3, or a compressed one; save it again with "
+            f"{where} is compressed, or not a pickle of Python 3; save it again with "
             "joblib.dump(value, path)"
         )
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()
     except _Forbidden as error:
         raise InputError(
-            f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain "
+            f"{where} was not opened: it refers to {shorten(error)}; only numpy arrays and plain "
             "values are read"
         ) from None
-    except Exception as error:  # the unpickler raises every kind for a damaged stream
+    except Exception as error:  # the unpickler raises errors of every kind for a damaged stream
         raise InputError(
             f"{where} is a damaged pickle ({type(error).__name__}: {shorten(error)})"
         ) from None

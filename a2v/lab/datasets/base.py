@@ -1,4 +1,4 @@
-"""The common form of all data sets of motions: clips of joints with action labels."""
+"""The common form of all motion data sets: clips of joints with action labels."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from a2v.types import FloatArray, IntArray, Motion
 
 @dataclass(frozen=True, kw_only=True)
 class NativeFrame:
-    """How the published files and classifiers of a data set measure space.
+    """Axes and unit of the published files and classifiers of a data set.
 
     ``world = native * signs * meters_per_unit``; the papers' classifiers expect native joints.
 
@@ -34,7 +34,7 @@ class NativeFrame:
     signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def flip(self, joints: FloatArray) -> FloatArray:
-        """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own
+        """Flip joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own
         inverse."""
         flipped: FloatArray = joints * np.asarray(self.signs, dtype=np.float32)
         return flipped
@@ -78,22 +78,22 @@ class ActionDataset:
         Index into `actions`.
     clip_names : tuple of N str
     subjects : tuple of N str
-        Who was recorded, for held-out splits.
+        The recorded person of each clip, for held-out splits.
     fps : float
         Frames per second.
     length : int
-        Frames the papers generate and evaluate.
+        Number of frames that the papers generate and evaluate.
     frame : NativeFrame
     trajectory : bool
-        Whether the roots travel; False where they are only known up to the person's own position
+        Whether the roots travel; False if joints are only known relative to the person's position
         (NTU-VIBE).
     notes : tuple of str
-        Notes of the loader for the user: files it skipped, units it guessed.
+        Notes of the loader for the user: skipped files, guessed units.
     traits : tuple of tuples of str
-        What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can
-        be learned from their like; empty where nothing is known.
+        Traits that each action shares with others ("coarse:Walk", "style:sad"), so that rare
+        actions can be learned from similar ones; empty if unknown.
     descriptions : tuple of tuples of str
-        What people said of each action's clips; empty where nothing is known.
+        Descriptions of each action's clips by people; empty if unknown.
     """
 
     name: str
@@ -127,7 +127,7 @@ class ActionDataset:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over names, labels and joints: which data a result was measured on."""
+        """SHA-256 over names, labels and joints. It identifies the data of a result."""
         digest = hashlib.sha256(repr((self.name, self.actions, self.clip_names, self.fps)).encode())
         digest.update(np.ascontiguousarray(self.labels, dtype=np.int64).tobytes())
         for joints in self.joints:
@@ -149,16 +149,16 @@ class ActionDataset:
         )
 
     def motion(self, index: int) -> Motion:
-        """Clip `index` as a Motion: meters, starting above the origin, its lowest joint on the
-        ground."""
+        """Return clip `index` as a Motion: meters, starting above the origin, its lowest joint on
+        the ground."""
         joints = self.joints[index] * np.float32(self.frame.meters_per_unit)
         joints = joints - np.array(
             [joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32
         )
         return Motion(
             joints=joints,
-            # a Motion names its skeleton: the rotations are those of the skeleton that this name
-            # gives
+            # a Motion names its skeleton, so the rotations must be those of the skeleton of that
+            # name
             rotations=inverse_kinematics(joints, self._motion_skeleton).astype(np.float32),
             root=joints[:, 0],
             fps=self.fps,
@@ -170,7 +170,7 @@ class ActionDataset:
         )
 
     def subset(self, keep: Sequence[int]) -> ActionDataset:
-        """The clips of the given indices, with all actions kept in their order."""
+        """Return the clips of the given indices, with all actions kept in their order."""
         return dataclasses.replace(
             self,
             joints=tuple(self.joints[i] for i in keep),
@@ -180,7 +180,7 @@ class ActionDataset:
         )
 
     def split(self, held_out: Sequence[str]) -> tuple[ActionDataset, ActionDataset]:
-        """(training, held-out) clips, the latter of the subjects `held_out`.
+        """Split into (training, held-out) clips; the latter are of the subjects `held_out`.
 
         Raises
         ------
@@ -203,11 +203,10 @@ class ActionDataset:
     def split_clips(
         self, share: float = 0.2, *, seed: int = 0
     ) -> tuple[ActionDataset, ActionDataset]:
-        """(training, held-out) clips, `share` of every action in the latter; an action keeps at
-        least one for training.
+        """Split into (training, held-out) clips; the latter have `share` of every action.
 
-        For data whose subjects are unknown: clips of one person on both sides make results look
-        better than `split` would.
+        An action keeps at least one clip for training. For data with unknown subjects: clips of one
+        person on both sides give better results than `split` would.
 
         Raises
         ------
@@ -230,11 +229,11 @@ class ActionDataset:
         )
 
     def choose_subjects(self, share: float = 0.2, *, seed: int = 0) -> tuple[str, ...]:
-        """Subjects to hold out: about `share` of the clips, with every action left on the training
-        side.
+        """Choose subjects to hold out: about `share` of the clips, with every action left on the
+        training side.
 
-        Subjects are taken in a random order as long as they fit; so the choice depends on the data
-        and on `seed` alone.
+        Subjects are taken in a random order as long as they fit. The choice depends only on the
+        data and on `seed`.
 
         Raises
         ------
@@ -255,7 +254,7 @@ class ActionDataset:
             held = int(np.isin(subjects, [*chosen, subject]).sum())
             if held <= share * len(self) and spared([*chosen, subject]):
                 chosen.append(subject)
-        if not chosen:  # everyone has more than the share: the one with the fewest clips
+        if not chosen:  # every subject has more than the share: take the one with the fewest clips
             chosen = sorted((name for name in order if spared([name])), key=self.subjects.count)[:1]
         if not chosen:
             raise InputError(
@@ -272,8 +271,8 @@ class ClipSampler:
     A window starts at a random frame of its clip; a clip that is too short is padded by repeating
     its last pose; the first root is moved to the origin (the papers' protocol).
 
-    A `balance` is the share of a batch for which first an action is drawn, all alike, and then one
-    of its clips; the others are drawn from all clips alike.
+    `balance` is the fraction of a batch for which first an action is drawn uniformly, and then one
+    of its clips. The others are drawn uniformly from all clips.
     """
 
     def __init__(self, dataset: ActionDataset, length: int, *, balance: float = 0.0) -> None:
@@ -288,7 +287,7 @@ class ClipSampler:
         self._lengths = dataset.clip_bone_lengths
 
     def windows(self, clips: IntArray, generator: np.random.Generator) -> FloatArray:
-        """One random window (B, length, J, 3) float32 of each clip index in `clips` (B,)."""
+        """Draw one random window (B, length, J, 3) float32 of each clip index in `clips` (B,)."""
         slack = np.maximum(self._counts[clips] - self.length, 0)
         first = generator.integers(0, slack + 1)
         index = np.minimum(
@@ -299,7 +298,7 @@ class ClipSampler:
         return moved
 
     def draw(self, size: int, generator: np.random.Generator) -> IntArray:
-        """Indices (B,) of `size` clips, drawn with replacement."""
+        """Draw indices (B,) of `size` clips with replacement."""
         clips: IntArray = generator.integers(0, len(self.labels), size)
         if self.balance:
             actions = generator.choice(np.flatnonzero(self._clips_of), size)
@@ -313,7 +312,7 @@ class ClipSampler:
     def batch(
         self, size: int, generator: np.random.Generator
     ) -> tuple[FloatArray, IntArray, FloatArray]:
-        """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B,
+        """Draw `size` clips with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B,
         J)."""
         clips = self.draw(size, generator)
         return self.windows(clips, generator), self.labels[clips], self._lengths[clips]

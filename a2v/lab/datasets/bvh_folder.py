@@ -1,4 +1,4 @@
-"""A user's own actions: a folder (or zip) of BVH files with one sub-folder an action."""
+"""Custom actions: a folder (or zip) of BVH files with one subfolder per action."""
 
 from __future__ import annotations
 
@@ -20,18 +20,17 @@ from a2v.types import Motion, Progress
 
 @dataclass(frozen=True)
 class BVHFolderSettings:
-    """How a folder of BVH becomes a data set.
+    """Settings of a data set from a folder of BVH files.
 
     Attributes
     ----------
     fps : float
         Every clip is resampled to this rate, frames per second.
     frames : int
-        Length of the windows that models learn and are measured on; shorter clips hold their last
-        pose.
+        Length of the windows for training and evaluation; shorter clips hold their last pose.
     units : str
-        What the files measure in: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's
-        height in the first file.
+        Unit of the files: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's height in
+        the first file.
     up : str
         The files' upward axis: x, y, z, -x, -y or -z; "" guesses from the first file.
     """
@@ -56,8 +55,8 @@ def load_bvh_folder(
     Joints come from the files' own forward kinematics, in meters, y up. The skeleton is the first
     file's, with its rest offsets as rest directions, and every other file must have the same
     joints; bone lengths may differ. Units and the upward axis are decided once, on the first file.
-    The subject of a clip is the folder between the action's and the clip, else what its name has
-    before the first underscore (CMU's habit), else "unknown".
+    The subject of a clip is the folder between the action's and the clip, else the part of its name
+    in front of the first underscore (as in CMU), else "unknown".
 
     Parameters
     ----------
@@ -70,7 +69,7 @@ def load_bvh_folder(
     ------
     InputError
         No such files, a file that cannot be used or that has another skeleton; the message names
-        the file, and the line where there is one.
+        the file, and the line if known.
     """
     settings = settings or BVHFolderSettings()
     source = FileSource(Path(path))
@@ -107,7 +106,7 @@ def load_bvh_folder(
 
 
 def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
-    """Action, subject and clip of each file by its name."""
+    """Return action, subject and clip of each file by its name."""
     names = [name for name in source.names("") if name.lower().endswith(".bvh")]
     if not names:
         raise InputError(
@@ -123,12 +122,12 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     ):
         inside = {
             name: parts[1:] for name, parts in inside.items()
-        }  # archives often wrap all in one folder
+        }  # archives often have a single top folder
     clips = {}
     for name, parts in inside.items():
         if len(parts) < 2:
             raise InputError(
-                f"{source.path}/{name} lies in no action's folder; move it to "
+                f"{source.path}/{name} is not in the folder of an action; move it to "
                 f"{source.path}/ACTION/{parts[-1]}"
             )
         stem = PurePosixPath(parts[-1]).stem
@@ -140,7 +139,7 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
 
 
 def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -> None:
-    """All files of a set move the same skeleton."""
+    """Check that all files of a set have the same joints."""
     wanted, found = first[1], motion
     if found.joint_names == wanted.joint_names and np.array_equal(found.parents, wanted.parents):
         return
@@ -155,12 +154,12 @@ def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -
     )
     raise InputError(
         f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, "
-        "retarget the file or take it away"
+        "retarget the file or remove it"
     )
 
 
 def _skeleton(motion: Motion) -> Skeleton:
-    """The known skeleton of that name, or one with the rest pose of the file."""
+    """Return the known skeleton of that name, or a new one with the rest pose of the file."""
     if motion.skeleton in SKELETONS:
         return SKELETONS[motion.skeleton]
     skeleton = skeleton_from_parents(

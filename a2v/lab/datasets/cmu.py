@@ -18,13 +18,14 @@ FILE_UNITS = 20.0
 """The papers divide the files' positions by this."""
 
 FRAME = NativeFrame(meters_per_unit=FILE_UNITS * 0.0254 / 0.45)
-"""CMU's unit is an inch over 0.45 (the data base's own note on its ASF files), so one native unit
-is 1.129 m."""
+"""CMU's unit is an inch over 0.45 (a note of the database on its ASF files), so one native unit is
+1.129 m."""
 
 FPS = 12.0
 
 ACTIONS = ("Walk", "Wash", "Run", "Jump", "Animal Behavior", "Dance", "Step", "Climb")
-"""In the order of the authors' classifier and of first appearance by frequency; checked on load."""
+"""Actions in the order of the authors' classifier and of first appearance by frequency; checked on
+load."""
 
 
 def load_cmu(path: str | Path) -> ActionDataset:
@@ -41,7 +42,7 @@ def load_cmu(path: str | Path) -> ActionDataset:
     try:
         rows = list(csv.DictReader(io.StringIO(source.read(list_name).decode("utf-8"))))
     except UnicodeDecodeError:
-        raise InputError(f"{source.path}/{list_name} is no UTF-8 text") from None
+        raise InputError(f"{source.path}/{list_name} is not UTF-8 text") from None
     if not rows or not {"motion", "action_type"} <= set(rows[0]):
         raise InputError(f"{source.path}/{list_name}: expected the columns motion and action_type")
     files = {PurePosixPath(name).stem: name for name in source.names(".npy")}

@@ -1,15 +1,15 @@
 """CMU's clips labeled by the data base's own index: 123 fine actions instead of the
 papers' eight.
 
-``cmu_fine.csv`` is curated by hand: what the index says of a clip -> fine action, direction, style.
-A row without an action leaves its clips out, since they are many things at once or none.
-``cmu_fine_clips.csv`` says which clips are copies of others that are described, and which parts of
-a clip show its action.
+``cmu_fine.csv`` is curated by hand: it maps an index description to fine action, direction and
+style. Clips of a row without an action are left out, because they show several actions or none.
+``cmu_fine_clips.csv`` lists clips that are copies of others, and the parts of a clip that show its
+action.
 
-The papers' set took every tenth frame of all clips, also of the 56 that the index gives 60 frames a
-second instead of 120: these are played at twice their speed there (jumps fall with 39 m/s^2). Here
-they have their true speed, brought from 6 Hz to 12. Both feet of everybody stand equally high
-(`a2v.lab.datasets.floors`).
+The papers' set took every tenth frame of all clips, also of the 56 clips that the index lists with
+60 instead of 120 frames per second. So these have twice their speed there (jumps fall with 39
+m/s^2). Here they have their true speed, resampled from 6 to 12 Hz. Both feet of every person stand
+at the same height (`a2v.lab.datasets.floors`).
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ TABLE = Path(__file__).parent / "cmu_fine.csv"
 PARTS = Path(__file__).parent / "cmu_fine_clips.csv"
 
 USUAL_FPS = 120.0
-"""Frames a second of recordings of which every tenth frame is one at 12 Hz."""
+"""Frames per second of recordings whose every tenth frame gives 12 Hz."""
 
 
 class Meaning(NamedTuple):
-    """What a description of the index means.
+    """Meaning of a description of the index.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Meaning(NamedTuple):
     coarse : str
         The papers' action.
     direction, style : str
-        "forward", "left"..., "sad", "crouched"...; "" where there is none.
+        "forward", "left"..., "sad", "crouched"...; "" for none.
     """
 
     action: str
@@ -61,14 +61,16 @@ class Meaning(NamedTuple):
 
     @property
     def traits(self) -> tuple[str, ...]:
-        """What it shares with other actions, such as ``("coarse:Walk", "direction:backward")``."""
+        """Return its traits that other actions may share, such as ``("coarse:Walk",
+        "direction:backward")``."""
         pairs = (("coarse", self.coarse), ("direction", self.direction), ("style", self.style))
         return tuple(f"{kind}:{value}" for kind, value in pairs if value)
 
 
 @cache
 def fine_table() -> Mapping[tuple[str, str], Meaning]:
-    """The curated table: (the papers' action, description in small letters) to what it means."""
+    """Return the curated table from (the papers' action, description in lower case) to its
+    meaning."""
     with TABLE.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     return {
@@ -87,18 +89,18 @@ class Entry(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What is known of a clip beside the index.
+    """Curated facts on a clip that are not in the index.
 
     Attributes
     ----------
     described_as : str
         The clip that it is a copy of; "" for none.
     action : str
-        What measurements show it to be, "-" for what is left out; "" for what the index says.
+        Action by measurement, "-" if the clip is left out; "" for the action of the index.
     fps : float or None
-        At which it was recorded, where the index is wrong.
+        Frame rate of the recording, if the index is wrong.
     first, last : int or None
-        The frames at 12 Hz, from the first to before the last, that show its action.
+        The frames at 12 Hz, from `first` to `last` (exclusive), that show its action.
     """
 
     described_as: str = ""
@@ -110,7 +112,7 @@ class Part(NamedTuple):
 
 @cache
 def clip_parts() -> Mapping[str, tuple[Part, ...]]:
-    """The curated parts by clip; clips that are not named are taken whole."""
+    """Return the curated parts by clip; other clips are used whole."""
     with PARTS.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     found: dict[str, list[Part]] = {}
@@ -128,17 +130,16 @@ def clip_parts() -> Mapping[str, tuple[Part, ...]]:
 
 
 def load_cmu_fine(path: str | Path) -> ActionDataset:
-    """The clips of `load_cmu` under the fine actions of `fine_table`, at their true speed and on
-    level feet, the most frequent action of each of the papers' first.
+    """Load the clips of `load_cmu` with the fine actions of `fine_table`, at their true speed and
+    with level feet.
 
-    A clip of which several parts are taken has as many entries, "01_02", "01_02/2"...; see
-    `recording_of`.
+    Actions are in the order of the papers' actions, within each by frequency. A clip with several
+    parts has as many entries, "01_02", "01_02/2"...; see `recording_of`.
 
     Raises
     ------
     InputError
-        As `load_cmu`; or the index is missing, or describes a clip in a way that the table does not
-        know.
+        As for `load_cmu`; or the index is missing, or has a description that is not in the table.
     """
     whole = load_cmu(path)
     described = _read_index(find_source(path, archive="cmu_mocap.zip", marker="pose_clip.csv"))
@@ -171,15 +172,15 @@ def load_cmu_fine(path: str | Path) -> ActionDataset:
 
 
 def recording_of(clip_name: str) -> str:
-    """The recording that an entry of `load_cmu_fine` is (a part of): "01_02" for "01_02/2"."""
+    """Return the recording of an entry of `load_cmu_fine`: "01_02" for "01_02/2"."""
     return clip_name.split("/")[0]
 
 
 def _clips(
     whole: ActionDataset, described: Mapping[str, Entry]
 ) -> tuple[list[Clip], list[Meaning], list[str]]:
-    """The parts of all clips that have a meaning, at their true speed and levelled, with what they
-    mean and what was said of them."""
+    """Return the parts of all clips with a meaning, at their true speed and with level feet, with
+    meanings and descriptions."""
     labels = dict(zip(whole.clip_names, whole.labels.tolist(), strict=True))
     meters, kept = np.float32(whole.frame.meters_per_unit), []
     for index, name in enumerate(whole.clip_names):
@@ -228,7 +229,7 @@ def _clips(
 
 
 def _meaning_of(action: str) -> Meaning:
-    """The first meaning of the table with this action; none for "-"."""
+    """Return the first meaning of the table with this action; none for "-"."""
     return next(
         (meaning for meaning in fine_table().values() if meaning.action == action),
         Meaning("", "", "", ""),
@@ -236,21 +237,21 @@ def _meaning_of(action: str) -> Meaning:
 
 
 def _at_rate(whole: ActionDataset, index: int, joints: FloatArray, rate: float) -> FloatArray:
-    """Joints (T, J, 3) of clip `index`, recorded at `rate`, at the set's own: through cubic splines
-    of its rotations, bones keep their lengths."""
+    """Resample joints (T, J, 3) of clip `index` from `rate` to the set's rate, by cubic splines of
+    its rotations (bones keep their lengths)."""
     motion: Motion = dataclasses.replace(whole.motion(index), joints=joints, root=joints[:, 0])
     at = np.arange(frames_made(len(joints), rate, whole.fps)) * (rate / whole.fps)
     return resample_at(motion, np.minimum(at, len(joints) - 1)).joints
 
 
 def _shared(meanings: Sequence[Meaning]) -> tuple[str, ...]:
-    """What at least half of an action's clips have."""
+    """Return the traits of at least half of an action's clips."""
     found = Counter(trait for meaning in meanings for trait in meaning.traits)
     return tuple(trait for trait, count in found.items() if 2 * count >= len(meanings))
 
 
 def _read_index(source: FileSource) -> dict[str, Entry]:
-    """The entries of the data base's index, by clip name."""
+    """Read the entries of the database's index, by clip name."""
     names = source.names(INDEX)
     if not names:
         raise InputError(f"{source.path} holds no {INDEX}; the fine actions are made from it")

@@ -1,5 +1,5 @@
-"""Read the whole CMU data base: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
-as BVH, under curated actions.
+"""Read the whole CMU database: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or as BVH, under
+curated actions.
 
 The index entry of a recording becomes an action by the table of `cmu_fine`, else by the first
 rule of ``cmu_full.csv`` whose pattern is found in it; rules without an action leave recordings out.
@@ -32,12 +32,12 @@ from a2v.types import Motion, Progress
 
 RULES = Path(__file__).with_name("cmu_full.csv")
 FPS = 30.0
-"""Rate of the clips, frames a second."""
+"""Rate of the clips, frames per second."""
 SECONDS = 5.0
 """Length of a window."""
 _RECORDING = re.compile(r"(\d+)_(\d+)\.(amc|bvh)$", re.IGNORECASE)
 ENDS = {"left_hand": 0.09, "right_hand": 0.09, "left_foot": 0.13, "right_foot": 0.13, "head": 0.18}
-"""Lengths of bones that a file may lack, meters."""
+"""Default lengths of bones that a file may lack, meters."""
 
 
 @cache
@@ -48,7 +48,7 @@ def _rules() -> tuple[tuple[re.Pattern[str], str], ...]:
 
 @cache
 def _fine() -> dict[str, str]:
-    """Descriptions to the fine actions that they mean under whichever of the papers' actions."""
+    """Map descriptions to fine actions, for all of the papers' actions."""
     return {
         description: meaning.action
         for (_, description), meaning in fine_table().items()
@@ -57,8 +57,8 @@ def _fine() -> dict[str, str]:
 
 
 def action_of(description: str) -> str | None:
-    """The action that a description means: "" where the recording is left out, None where nothing
-    is known of it."""
+    """Return the action of a description: "" if the recording is left out, None if the description
+    is unknown."""
     text = description.strip().lower()
     if text in _fine():
         return _fine()[text]
@@ -68,15 +68,15 @@ def action_of(description: str) -> str | None:
 def load_cmu_full(
     folder: str | Path, index: str | Path, *, progress: Progress | None = None
 ) -> ActionDataset:
-    """Every recording below a folder (or in a zip) that the index describes: ``01/01_01.amc``
+    """Load every recording below a folder (or in a zip) that the index describes: ``01/01_01.amc``
     beside ``01/01.asf``, or ``01_01.bvh``.
 
     Parameters
     ----------
     folder : path
     index : path
-        What holds ``cmu_index_with_framerate.csv``: ``cmu_mocap.zip``, its folder, or the folder of
-        the zip.
+        Location of ``cmu_index_with_framerate.csv``: ``cmu_mocap.zip``, its folder, or the folder
+        of the zip.
     progress : Progress
         Called after each file.
 
@@ -113,7 +113,7 @@ def load_cmu_full(
         if progress is not None:
             progress(done, len(files))
     if not found:
-        raise InputError(f"{source.path} holds no recording that {RULES.name} has an action for")
+        raise InputError(f"{source.path} contains no recording with an action in {RULES.name}")
     counts = Counter(action for _, action, _, _ in found)
     actions = tuple(sorted(counts, key=lambda action: (-counts[action], action)))
     clips = [
@@ -134,7 +134,7 @@ def load_cmu_full(
 
 
 def _read_index(source: FileSource) -> dict[str, tuple[str, float]]:
-    """Clip to its description and frames a second."""
+    """Map each clip to its description and frame rate."""
     rows = csv.reader(io.StringIO(source.read(source.names(INDEX)[0]).decode("latin-1")))
     entries = [
         row
@@ -148,7 +148,7 @@ def _read_index(source: FileSource) -> dict[str, tuple[str, float]]:
 
 
 def _recordings(source: FileSource) -> dict[str, str]:
-    """Clip ("01_01") to its file; of an AMC and a BVH of the same recording the AMC."""
+    """Map each clip ("01_01") to its file; an AMC is preferred to a BVH of the same recording."""
     found: dict[str, str] = {}
     for name in [*source.names(".bvh"), *source.names(".amc")]:
         if match := _RECORDING.search(name):
@@ -162,7 +162,7 @@ def _recordings(source: FileSource) -> dict[str, str]:
 
 
 def _read(source: FileSource, name: str, skeletons: dict[str, str], rate: float) -> Motion:
-    """A recording at the rate that the index gives it: conversions to BVH say 120 for all."""
+    """Read a recording at the rate of the index, because conversions to BVH list 120 for all."""
     where = f"{source.path}/{name}"
     if name.lower().endswith(".bvh"):
         return dataclasses.replace(read_bvh(source.read(name), name=where), fps=rate)

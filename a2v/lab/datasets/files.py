@@ -1,4 +1,4 @@
-"""Files of data sets: from a folder or from an archive, bounded and checked."""
+"""Files of data sets, from a folder or an archive, with bounds and checks."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from a2v.io import read_bytes, reading
 from a2v.types import FloatArray
 
 MAX_FILE_BYTES = 64 << 20
-"""A single clip larger than this is refused before it is read."""
+"""Largest size of a single clip; larger ones are refused before they are read."""
 MAX_ARCHIVE_BYTES = 256 << 20
-"""A zip that unpacks to more is refused: all its clips are kept in memory. The published sets have
+"""Largest unpacked size of a zip, because all its clips are kept in memory. The published sets have
 24 and 46 MB."""
 
 
@@ -37,7 +37,7 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
         raise InputError(f"{where}: the clip has no frames")
     if len(array) == 1:
         raise InputError(
-            f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away"
+            f"{where}: the clip has 1 frame; a motion needs at least 2: remove the file"
         )
     if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
         raise InputError(
@@ -67,7 +67,7 @@ class FileSource:
             raise InputError(f"{path} does not exist; give the data set's folder or zip archive")
 
     def names(self, suffix: str) -> list[str]:
-        """Sorted names (relative, with forward slashes) that end with `suffix`."""
+        """Return the sorted names (relative, with forward slashes) that end with `suffix`."""
         if self._archive is not None:
             names = [name for name in self._archive.namelist() if not name.endswith("/")]
         else:
@@ -83,7 +83,7 @@ class FileSource:
         )
 
     def read(self, name: str) -> bytes:
-        """The content of one file.
+        """Return the content of one file.
 
         Raises
         ------
@@ -105,12 +105,12 @@ class FileSource:
             return self._archive.read(name)
 
     def read_npy(self, name: str) -> np.ndarray:
-        """One ``.npy`` array, never unpickled.
+        """Read one ``.npy`` array without unpickling.
 
         Raises
         ------
         InputError
-            As of `read`, or it is no such file.
+            As for `read`, or it is not such a file.
         """
         data = self.read(name)
         with reading(f"{self.path}/{name}", "readable .npy file"):
@@ -121,7 +121,7 @@ class FileSource:
 
 
 def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
-    """The source of a data set: `path` itself, or the `archive` inside it.
+    """Find the source of a data set: `path` itself, or the `archive` inside it.
 
     Parameters
     ----------
@@ -129,12 +129,12 @@ def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
     archive : str
         Name of the published zip.
     marker : str
-        How the name of a file that must be there ends.
+        Suffix of the name of a file that must exist.
 
     Raises
     ------
     InputError
-        No such folder or zip, or none of its files ends so.
+        There is no such folder or zip, or none of its files has the suffix.
     """
     root = Path(path)
     found = root / archive if root.is_dir() and (root / archive).is_file() else root

@@ -1,5 +1,5 @@
-"""Each foot of a recording on its own floor: markers were not put on both feet alike, so that one
-toe stands higher than the other."""
+"""A separate floor for each foot of a recording. Markers are placed differently on both feet, so
+that one toe stands higher than the other."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from a2v.kinematics.limbs import bend_to, legs_of
 from a2v.types import BoolArray, FloatArray
 
 SLOW = 0.3
-"""Meters a second under which a joint of a foot may stand."""
+"""Speed below which a joint of a foot may stand, meters per second."""
 
 NEAR = 0.05
-"""Meters over its own lowest level under which it may stand."""
+"""Height over its own lowest level below which it may stand, meters."""
 
 LEAST_FRAMES = 6
-"""Frames in which each foot stands, at least, for a clip to say how high its floors are."""
+"""Smallest number of frames in which each foot must stand to determine the floors of a clip."""
 
 MOST_APART = 0.025
-"""Meters by which a clip's floors may lie apart otherwise than its subject's do: more is a step,
+"""Largest difference between the floors of a clip and those of its subject, meters. More is a step,
 not a marker."""
 
 
 def standing(points: FloatArray, fps: float) -> BoolArray:
-    """Frames (T,) in which a joint (T, 3) of a foot stands, by its own lowest level; meters."""
+    """Return the frames (T,) in which a joint (T, 3) of a foot stands, relative to its own lowest
+    level; meters."""
     if len(points) < 2:
         return np.zeros(len(points), dtype=bool)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=-1) * fps
@@ -36,8 +37,8 @@ def standing(points: FloatArray, fps: float) -> BoolArray:
 
 
 def floors_apart(joints: FloatArray, skeleton: Skeleton, fps: float) -> FloatArray:
-    """How much higher the first leg's ankle and toe stand than the second's (2,), meters; NaN where
-    one of them hardly stands.
+    """Return how much higher the first leg's ankle and toe stand than the second's (2,), meters;
+    NaN if one of them hardly stands.
 
     Parameters
     ----------
@@ -60,24 +61,26 @@ def floors_apart(joints: FloatArray, skeleton: Skeleton, fps: float) -> FloatArr
 def level_feet(
     clips: Sequence[FloatArray], subjects: Sequence[str], skeleton: Skeleton, fps: Sequence[float]
 ) -> list[FloatArray]:
-    """Clips whose feet stand equally high: of each joint of a foot, half of what lies between the
-    floors is taken from one side and half given to the other.
+    """Shift the feet of clips to the same height.
+
+    Each joint of the higher foot is lowered by half the distance between the floors, and that of
+    the lower foot is raised by the other half.
 
     Parameters
     ----------
     clips : sequence of (T, J, 3) float32
         Meters, y up.
     subjects : sequence of str
-        Of each clip: a clip whose feet hardly stand, or stand on steps, is levelled as its
-        subject's others are.
+        Subject of each clip. A clip whose feet hardly stand, or stand on steps, is corrected like
+        the other clips of its subject.
     skeleton : Skeleton
     fps : sequence of float
-        Of each clip.
+        Frame rate of each clip.
 
     Returns
     -------
     list of (T, J, 3) float32
-        Bones keep their lengths, knees and ankles give way.
+        Bones keep their lengths; knees and ankles bend.
     """
     apart = np.array(
         [floors_apart(clip, skeleton, rate) for clip, rate in zip(clips, fps, strict=True)]
@@ -100,8 +103,8 @@ def level_feet(
 
 
 def _shifted(joints: FloatArray, skeleton: Skeleton, apart: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) with the ankle and the toe of the first leg lowered, and those of the second
-    raised, by half of `apart` (2,)."""
+    """Lower ankle and toe of the first leg in joints (T, J, 3), and raise those of the second, by
+    half of `apart` (2,)."""
     moved = joints.astype(np.float64)
     for (hip, knee, ankle, toe), sign in zip(legs_of(skeleton), (-0.5, 0.5), strict=True):
         foot = moved[:, toe] - moved[:, ankle]
@@ -109,7 +112,7 @@ def _shifted(joints: FloatArray, skeleton: Skeleton, apart: FloatArray) -> Float
         moved[:, knee], moved[:, ankle] = bend_to(
             moved[:, hip], moved[:, knee], moved[:, ankle], moved[:, ankle] + sign * apart[0] * up
         )
-        # the foot turns about the ankle, at its length
+        # the foot turns about the ankle and keeps its length
         length = np.linalg.norm(foot, axis=-1, keepdims=True)
         way = foot + sign * (apart[1] - apart[0]) * up
         moved[:, toe] = moved[:, ankle] + way * length / np.maximum(

@@ -1,4 +1,4 @@
-"""Data sets of generated clips, where the recorded ones are not at hand."""
+"""Data sets of generated clips, for use without recorded ones."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from a2v.motion.model import MotionModel
 def generated_dataset(
     model: MotionModel, *, clips: int = 20, frames: int | None = None, seed: int = 0
 ) -> ActionDataset:
-    """A data set of generated clips, with the model's actions, skeleton and units, where the
-    recorded one is not at hand.
+    """Make a data set of generated clips, with the model's actions, skeleton and units.
 
-    It serves walkthroughs, tests and trials of a training; what is measured or learned on it says
-    nothing about people.
+    It replaces recorded data in walkthroughs, tests and trial trainings. Results on it do not hold
+    for real people.
 
     Parameters
     ----------
     model : MotionModel
     clips : int
-        Clips an action; each third one is from another "subject".
+        Clips per action; every third one has another "subject".
     frames : int or None
-        Frames a clip; the model's own without.
+        Frames per clip; default: the model's length.
     seed : int
     """
     length = frames or model.card.frames

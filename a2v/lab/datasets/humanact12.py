@@ -16,7 +16,7 @@ COARSE = {
     "01": "warm_up", "02": "walk", "03": "run", "04": "jump", "05": "drink", "06": "lift_dumbbell", "07": "sit", "08": "eat",
     "09": "turn_steering_wheel", "10": "phone", "11": "boxing", "12": "throw",
 }  # fmt: skip
-"""The two digits after ``A`` in a file's name and the coarse action they stand for."""
+"""Coarse action by the two digits after ``A`` in a file's name."""
 
 FINE = {
     "0101": "warm_up_wristankle", "0102": "warm_up_pectoral", "0103": "warm_up_elbowback", "0104": "warm_up_bodylean_right_arm",
@@ -29,14 +29,15 @@ FINE = {
     "1101": "boxing_left_right", "1102": "boxing_left_upwards", "1103": "boxing_right_upwards", "1104": "boxing_right_left",
     "1201": "throw_right_hand", "1202": "throw_both_hands",
 }  # fmt: skip
-"""The four digits after ``A`` and the fine-grained action (first paper, Table 5)."""
+"""Fine-grained action by the four digits after ``A`` (first paper, Table 5)."""
 
 FRAME = NativeFrame(meters_per_unit=1.0, signs=(1.0, -1.0, -1.0))
 """The published joints are in the camera's axes: x to the image's right, y down, z away from the
 camera."""
 
 FPS = 20.0
-"""The publication names no rate; gait and jump times in the clips fit 20 frames a second."""
+"""Frame rate. The publication gives none; gait and jump times in the clips fit 20 frames per
+second."""
 
 _NAME = re.compile(r"P(?P<subject>\d\d)G.*A(?P<code>\d\d\d\d)$")
 
@@ -54,7 +55,7 @@ def load_humanact12(
     Raises
     ------
     InputError
-        No clips there, or a clip is damaged; the message names the file.
+        There are no clips, or a clip is damaged; the message names the file.
     """
     source = find_source(path, archive="humanact12.zip", marker=".npy")
     table = COARSE if grain == "coarse" else FINE

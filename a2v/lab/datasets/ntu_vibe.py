@@ -1,8 +1,8 @@
 """NTU-RGBD with poses re-estimated by VIBE: 13 actions, 18 joints, from pickles of the published
 layout.
 
-The annotations are no longer offered for download; the loader is for those who have them, or who
-ran VIBE themselves.
+The annotations are no longer available for download. The loader is for users who have them, or have
+run VIBE themselves.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import FloatArray
 
 LIST_NAME = "ntu_vibe_list.txt"
-"""Lists the pickles, one path a line, relative to its own folder."""
+"""List of the pickles, one path per line, relative to its own folder."""
 
 ACTIONS = {
     6: "pickup", 7: "throw", 8: "sitting down", 9: "standing up", 22: "cheer up", 23: "hand waving", 24: "kicking something",
     38: "salute", 80: "squat down", 93: "shake fist", 99: "running on the spot", 100: "butt kicks", 102: "side kick",
 }  # fmt: skip
-"""NTU's action numbers that the papers use, in the order of the labels."""
+"""NTU's action numbers in the papers, in the order of the labels."""
 
 VIBE_JOINTS = 49
 KEPT_JOINTS = (8, 1, 2, 3, 4, 5, 6, 7, 0, 9, 10, 11, 12, 13, 14, 21, 24, 38)
-"""VIBE's joints by our skeleton's order: OpenPose's body with the middle of the hips first, the
+"""VIBE's joints in our skeleton's order: OpenPose's body with the middle of the hips first, the
 heels, the top of the head."""
 
 FRAME = NativeFrame(meters_per_unit=1.0, signs=(1.0, -1.0, -1.0))
@@ -47,9 +47,9 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
     """Load the folder (or zip) that holds ``ntu_vibe_list.txt`` and the pickles it names.
 
     A pickle is what VIBE's demo writes: a dict by track number, of which the papers take track 1
-    and its ``joints3d`` (T, 49, 3). Files whose track 1 is missing are passed over, as in the
-    published loader, and counted in `notes`. The number after the last ``A`` of a name is the
-    action, the one after ``P`` the subject.
+    and its ``joints3d`` (T, 49, 3). Files without track 1 are skipped, as in the published loader,
+    and counted in `notes`. The number after the last ``A`` of a name is the action, the one after
+    ``P`` the subject.
 
     The poses are relative to the person: there is no trajectory.
 
@@ -109,11 +109,11 @@ class _Entry:
 
 
 def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
-    """The entries of the list of that name, in its order, each checked when it is read."""
+    """Yield the entries of the list of that name in order, each checked when it is read."""
     try:
         lines = source.read(name).decode("utf-8").splitlines()
     except UnicodeDecodeError:
-        raise InputError(f"{source.path}/{name} is no UTF-8 text") from None
+        raise InputError(f"{source.path}/{name} is not UTF-8 text") from None
     numbers = list(ACTIONS)
     for line, text in enumerate(lines, start=1):
         entry = PurePosixPath(text.strip().replace("\\", "/"))
@@ -122,7 +122,7 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
         here = f"{source.path}/{name}, line {line}"
         if entry.is_absolute() or ".." in entry.parts:
             raise InputError(
-                f"{here}: '{entry}' leads out of the folder; expected a path below "
+                f"{here}: '{entry}' points outside of the folder; expected a path below "
                 f"{PurePosixPath(name).parent or '.'}"
             )
         match = _NAME.match(entry.stem)
@@ -139,8 +139,8 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
 
 
 def _read_joints(source: FileSource, name: str) -> FloatArray | None:
-    """Joints (T, 18, 3) float32 of track 1 of a pickle, in the world's axes; None without a track
-    1."""
+    """Return joints (T, 18, 3) float32 of track 1 of a pickle, in the world's axes; None without a
+    track 1."""
     where = f"{source.path}/{name}"
     tracks = read_arrays_pickle(source.read(name), where)
     if not isinstance(tracks, dict):
@@ -150,5 +150,5 @@ def _read_joints(source: FileSource, name: str) -> FloatArray | None:
         return None
     found = track["joints3d"]
     if not isinstance(found, np.ndarray):
-        raise InputError(f"{where}: 'joints3d' of track 1 is no array")
+        raise InputError(f"{where}: 'joints3d' of track 1 is not an array")
     return FRAME.flip(check_joints(found, VIBE_JOINTS, where)[:, list(KEPT_JOINTS)])

@@ -1,7 +1,7 @@
-"""How good results are.
+"""Evaluation of results.
 
 Motions: `protocol` runs the papers' protocol with `metrics` of the features of a `classifier`
-(`training` makes one of our own, `monitor` looks at a model in training), `physics` measures
-plausibility, `survey` and `survey_answers` ask people. Retargeting: `retargeting`. The person from
-a photo: `reconstruction`.
+(`training` trains our own, `monitor` scores a model during training), `physics` measures
+plausibility, `survey` and `survey_answers` are user studies. Retargeting: `retargeting`. The person
+from a photo: `reconstruction`.
 """

@@ -65,7 +65,7 @@ def open_baseline(path: str, dataset: ActionDataset) -> TrainedBaseline:
         dataset.length,
     ):
         raise InputError(
-            f"baseline '{path}' knows other actions, joints or lengths than "
+            f"baseline '{path}' was trained with other actions, joints or lengths than "
             f"{dataset.name}; evaluate it on {trained.dataset}"
         )
     return trained

@@ -44,7 +44,7 @@ class ActionClassifier(nn.Module):
         self.linear2 = nn.Linear(feature_size, n_actions)
 
     def forward(self, motions: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
-        """Features (B, 30) and logits (B, A) of motions (B, T, 3 J).
+        """Return features (B, 30) and logits (B, A) of motions (B, T, 3 J).
 
         `state` (2, B, 128) is the GRU's first state, zeros by default. The published evaluation
         drew it from a normal distribution at every call.
@@ -55,8 +55,7 @@ class ActionClassifier(nn.Module):
 
 
 class Facing(NamedTuple):
-    """How a classifier turns its input so that the first frame faces +z: the joints that define the
-    heading, and their axes.
+    """Joints that define the heading, and their axes, by which a classifier turns its input to +z.
 
     Attributes
     ----------
@@ -75,7 +74,7 @@ class Facing(NamedTuple):
 
     @classmethod
     def of(cls, dataset: ActionDataset) -> Facing:
-        """Return that of a data set.
+        """Return the joints of a data set.
 
         Raises
         ------
@@ -117,8 +116,8 @@ class Evaluator:
 
     @property
     def facing(self) -> Facing | None:
-        """How it turns motions before it classifies them; None: not at all, like the authors'
-        classifiers."""
+        """Its `Facing`, by which it turns motions before classification; None: no turn, like the
+        authors' classifiers."""
         told = self.info.get("facing")
         return Facing(*told) if told else None
 
@@ -137,12 +136,12 @@ class Evaluator:
         """
         if self.n_actions != len(dataset.actions):
             raise InputError(
-                f"{self.source} knows {self.n_actions} actions; {dataset.name} has "
+                f"{self.source} was trained for {self.n_actions} actions; {dataset.name} has "
                 f"{len(dataset.actions)}"
             )
         if self.info and list(self.info["actions"]) != list(dataset.actions):
             raise InputError(
-                f"{self.source} knows other actions "
+                f"{self.source} was trained for other actions "
                 f"({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
             )
 
@@ -154,7 +153,8 @@ class Evaluator:
         state: State = "zeros",
         generator: np.random.Generator | None = None,
     ) -> tuple[FloatArray, IntArray]:
-        """Features (B, 30) float64 and predicted labels (B,) of native-frame motions (B, T, J, 3).
+        """Return features (B, 30) float64 and predicted labels (B,) of native-frame motions (B, T,
+        J, 3).
 
         Parameters
         ----------
@@ -218,7 +218,7 @@ def load_evaluator(path: str | Path) -> Evaluator:
         )
         with torch.device(
             "meta"
-        ):  # sizes alone: nothing is allocated before the file is known to hold as much
+        ):  # check sizes first: nothing is allocated before the file is known to contain as much
             if any(
                 weights[name].shape != value.shape for name, value in make().state_dict().items()
             ):
@@ -227,6 +227,7 @@ def load_evaluator(path: str | Path) -> Evaluator:
         network.load_state_dict(weights)
     except InputError:
         raise
-    except Exception as error:  # torch raises many kinds for a file that is not a checkpoint
+    # torch raises many kinds of errors for a file that is not a checkpoint
+    except Exception as error:
         raise InputError(f"{path} holds no action classifier ({shorten(error)})") from None
     return Evaluator(network.eval(), Path(path).name, sha256(path), content.get("a2v", {}))

@@ -36,8 +36,8 @@ def write_comparison(
     shown: int = 5,
     about: str = "",
 ) -> None:
-    """Write one page that loads nothing: every method's videos, then the same frames of all of
-    them, view by view.
+    """Write one self-contained page: every method's videos, then the same frames of all of them,
+    view by view.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Studio films with their ground truth: how well one person is tracked through a video, beside
+"""Studio films with ground truth: accuracy of tracking one person through a video, compared with
 mediapipe's own 3D landmarks."""
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ class Shot:
     ----------
     name : str
     kind : str
-        Of motion.
+        Kind of motion.
     recording : str
         A trial of ``cmu_bvh.zip``, or "Action 3": the third clip of that action of
-        ``cmu_mocap.zip`` that the body map has not learned from.
+        ``cmu_mocap.zip`` that is not in the body map's training data.
     first, seconds : float
         The part of the recording; the first frame of a BVH file may be its rest pose.
     person : str
-        An avatar.
+        Name of the avatar.
     camera : str
-        Of `a2v.lab.studio.film.CAMERAS`.
+        Kind of camera, one of `a2v.lab.studio.film.CAMERAS`.
     yaw : float
         Degrees.
     """
@@ -101,7 +101,7 @@ SHOTS: tuple[Shot, ...] = tuple(
 
 
 def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
-    """The motion of a shot at 30 frames a second.
+    """Return the motion of a shot at 30 frames per second.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def shoot_panel(shot: Shot, data: str | os.PathLike[str], folder: Path) -> tuple
 
 @dataclass(frozen=True)
 class FilmScore:
-    """How well the person in a film was tracked.
+    """Scores of the tracking of the person in a film.
 
     Attributes
     ----------
@@ -237,10 +237,11 @@ def measure(
 
 
 def world_landmarks(path: Path, film: Film) -> tuple[FloatArray, FloatArray]:
-    """Mediapipe's world landmarks of `MEASURED` (T, 12, 3), meters, turned into the world by the
-    true camera, and which frames have some.
+    """Return mediapipe's world landmarks of `MEASURED` (T, 12, 3), meters, and which frames have
+    them.
 
-    Its own tracking and smoothing are on, as for every video (complexity 1).
+    They are rotated to the world by the true camera. Mediapipe's own tracking and smoothing are on,
+    as for every video (complexity 1).
     """
     import mediapipe as mp
 
@@ -268,7 +269,7 @@ def world_landmarks(path: Path, film: Film) -> tuple[FloatArray, FloatArray]:
 
 
 def _heading(film: Film) -> FloatArray:
-    """Rows (3, 3): to the right of the first frame's camera, up, and towards it."""
+    """Return rows (3, 3): to the right of the first frame's camera, up, and toward it."""
     right = film.path.axes[0, 0] * np.array([1.0, 0.0, 1.0])
     right = right / np.linalg.norm(right)
     up = np.array([0.0, 1.0, 0.0])
@@ -288,7 +289,7 @@ def _acceleration(points: FloatArray, fps: float) -> FloatArray:
 
 
 def _slide(feet: FloatArray, stands: FloatArray, fps: float) -> float:
-    """Mean speed, cm a second, of feet (T, 4, 2) where they stand (T - 1, 4)."""
+    """Return the mean speed, cm per second, of feet (T, 4, 2) while they stand (T - 1, 4)."""
     speed = 100 * fps * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
     return float(speed[stands].mean()) if stands.any() else float("nan")
 
@@ -296,17 +297,17 @@ def _slide(feet: FloatArray, stands: FloatArray, fps: float) -> float:
 SHEET = 6
 """Frames of a film on its sheet."""
 _TILE = 240
-"""Pixels of the longer side of a picture there."""
+"""Length of the longer side of a picture on the sheet, pixels."""
 
 
 def film_sheet(frames: Sequence[ByteArray], motion: Motion) -> ByteArray:
-    """Frames of a film, and below each the joints that were found from the camera's side and from
-    the person's left: (H, W, 3) uint8.
+    """Draw frames of a film, and below each the tracked joints from the camera and from the
+    person's left: (H, W, 3) uint8.
 
     Parameters
     ----------
     frames : of (h, w, 3) uint8
-        From the motion's first one on.
+        Frames from the motion's first one on.
     motion : Motion
     """
     columns = []
@@ -327,7 +328,7 @@ def film_sheet(frames: Sequence[ByteArray], motion: Motion) -> ByteArray:
 
 
 def _stick(points: FloatArray, motion: Motion) -> ByteArray:
-    """Bones between points (J, 2), meters, to the right and up; the left side is red."""
+    """Draw bones between points (J, 2), meters, to the right and up; the left side is red."""
     canvas = np.full((_TILE, _TILE // 2, 3), 245, np.uint8)
     scale = _TILE / 2.2
     pixels = np.round(
@@ -356,7 +357,7 @@ COLUMNS: Mapping[str, str] = {
 
 
 def film_tables(scores: Sequence[FilmScore]) -> list[str]:
-    """Tables by kind of motion, by camera, and of every film, in Markdown."""
+    """Return tables by kind of motion, by camera, and of every film, in Markdown."""
     by_kind = {
         kind: [one for one in scores if one.kind == kind]
         for kind in dict.fromkeys(one.kind for one in scores)

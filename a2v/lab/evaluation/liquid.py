@@ -1,9 +1,9 @@
-"""Liquid Warping GAN (Liu et al. 2019) out of the user's own generator, on our correspondences
-instead of a CUDA renderer.
+"""Liquid Warping GAN (Liu et al. 2019) with the user's copy of the generator, on our
+correspondences instead of a CUDA renderer.
 
-Implemented from the paper; tensors carry the names of the published file,
-``net_epoch_30_id_G.pth``, whose weights are for research alone and are not shipped. Pictures are
-(1, 3, S, S) in [-1, 1].
+It is implemented from the paper. Tensors have the names of the published file,
+``net_epoch_30_id_G.pth``, whose weights may only be used for research and are not shipped. Pictures
+are (1, 3, S, S) in [-1, 1].
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from a2v.errors import InputError
 from a2v.lab.papers.checkpoints import State, channels, fill, numbers, part, read_state
 
 PIXELS = 256
-"""Side of the pictures that the published weights are for."""
+"""Side of the pictures that the published weights were trained on."""
 CONDITION = 3
-"""Channels that describe the body: its texture coordinates, and 1 outside of it."""
+"""Number of channels that describe the body: its texture coordinates, and 1 outside of it."""
 
 
 class Generator(nn.Module):
-    """Three networks: one fills the background, one reads the photo, one draws the person moved,
-    with features of the second.
+    """Three networks: one fills the background, one encodes the photo, and one draws the moved
+    person with features of the second.
 
-    Wherever both have features of one size, those of the photo are warped to where the moved body
-    has the same point, and added.
+    At each size of features, those of the photo are warped to the same points of the moved body,
+    and added.
 
     Raises
     ------
@@ -59,24 +59,24 @@ class Generator(nn.Module):
         return out
 
     def read(self, picture: Tensor, condition: Tensor) -> list[Tensor]:
-        """Features of a person before nothing, and the body's `condition` (1, 3, S, S), coarser and
-        coarser and then block by block."""
+        """Return features of the person on an empty background with the body's `condition` (1, 3,
+        S, S), from fine to coarse, then block by block."""
         return list(self.src_model.read(torch.cat([picture, condition], 1)))
 
     def draw(
         self, features: Sequence[Tensor], picture: Tensor, condition: Tensor, places: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """The person moved, and how much of the background is seen (1, 1, S, S).
+        """Draw the moved person, and the visible fraction of the background (1, 1, S, S).
 
         Parameters
         ----------
         features : tensors
-            Of `read`.
+            Features of `read`.
         picture, condition
-            The photo's pixels where the moved body has them, and that body.
+            The photo's pixels warped to the moved body, and the condition of that body.
         places : (1, S, S, 2)
-            Where in the photo, [-1, 1], what each pixel shows is; beyond that where there is no
-            body.
+            Place in the photo, [-1, 1], of each pixel's point of the body; outside of this range if
+            there is no body.
         """
         warped = [_warped(value, places) for value in features]
         return self.tsf_model.draw(
@@ -98,7 +98,7 @@ def _warped(features: Tensor, places: Tensor) -> Tensor:
 
 
 class _Normed(nn.Sequential):
-    """A convolution without bias, a norm of its own picture, a rectifier."""
+    """A convolution without bias, instance normalization, a rectifier."""
 
     def __init__(self, convolution: nn.Module, width: int) -> None:
         super().__init__(convolution, nn.InstanceNorm2d(width, affine=True), nn.ReLU())
@@ -167,8 +167,8 @@ class _Background(nn.Module):
 
 
 class _Stream(nn.Module):
-    """The same with bridges from each size on the way down to that on the way up, and two ends: a
-    picture, and the background's share."""
+    """The same with skip connections from each size on the way down to the way up, and two outputs:
+    a picture, and the fraction of the background."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
@@ -203,7 +203,7 @@ class _Stream(nn.Module):
         )
 
     def read(self, value: Tensor, added: Sequence[Tensor] | None = None) -> Iterator[Tensor]:
-        """Features after every convolution that halves, and every block, each with its own of
+        """Yield features after every convolution that halves, and every block, each with its own of
         `added` (the first has none)."""
         for index, layer in enumerate([*self.encoders, *self.resnets]):
             value = layer(value)
@@ -212,7 +212,7 @@ class _Stream(nn.Module):
             yield value
 
     def draw(self, features: Sequence[Tensor]) -> tuple[Tensor, Tensor]:
-        """Picture and share of the background from what `read` gave."""
+        """Return picture and fraction of the background from the output of `read`."""
         value = features[-1]
         for index, (double, skip) in enumerate(zip(self.decoders, self.skippers, strict=True)):
             value = skip(torch.cat([features[len(self.decoders) - 1 - index], double(value)], 1))

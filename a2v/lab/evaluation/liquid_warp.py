@@ -25,15 +25,16 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 64 << 20
 GROWN_FRONT = 3
-"""Pixels by which the body is grown where the photo's person is cut out."""
+"""Pixels by which the body is dilated where the photo's person is cut out."""
 GROWN_BACK = 13
-"""Pixels by which the person is grown where the background is."""
+"""Pixels by which the person is dilated to find the background."""
 NOWHERE = -2.0
 
 
 def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArray:
-    """The texture coordinates (F, 3) that the generator knows a body's faces (F, 3) by: the middle
-    of a face's first edge, v down, and 0.
+    """Read the texture coordinates (F, 3) by which the generator identifies a body's faces (F, 3).
+
+    They are the middle of a face's first edge, v down, and 0.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
         mesh = parse_obj(read_bytes(path, limit=MAX_BYTES).decode("ascii"), name)
     except UnicodeDecodeError:
         raise InputError(
-            f"{name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)"
+            f"{name} is not an OBJ file with texture coordinates (lines vt u v, f v/vt ...)"
         ) from None
     found = {tuple(sorted(face)): index for index, face in enumerate(mesh.faces.tolist())}
     chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]
@@ -73,9 +74,9 @@ class LiquidWarp:
     ----------
     generator : Generator
     texture : (F, 3)
-        Of `read_face_texture`.
+        Result of `read_face_texture`.
     subject, body, camera
-        As of `a2v.lab.evaluation.warp.Warp`; the body is SMPL's.
+        As for `a2v.lab.evaluation.warp.Warp`; the body is SMPL's.
     pixels : int
         Side of the generator's pictures.
     """
@@ -112,8 +113,11 @@ class LiquidWarp:
             self._features = generator.read(self._picture * _as_mask(grown), condition)
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
-        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), meters, seen by
-        `view`, in front of the photo's background."""
+        """Render a picture (size, size, 3) uint8 of the posed body in front of the photo's
+        background.
+
+        `posed` are the vertices (V, 3), meters, seen by `view`.
+        """
         import cv2
         import torch
 
@@ -139,8 +143,8 @@ class LiquidWarp:
         )
 
     def places(self, hits: Hits) -> FloatArray:
-        """Where in the photo's square, [-1, 1], the body's points are that rays (n,) hit: (n, 2);
-        `NOWHERE` for the others."""
+        """Return the places (n, 2) in the photo's square, [-1, 1], of the body's points hit by rays
+        (n,); `NOWHERE` for misses."""
         out = np.full((len(hits.hit), 2), NOWHERE, np.float32)
         out[hits.hit] = (
             self._camera.project(hits.interpolate(self._vertices, self._faces)) / (self._pixels / 2)
@@ -149,7 +153,7 @@ class LiquidWarp:
         return out
 
     def _seen_in_photo(self) -> Hits:
-        """The body's faces at the middles of the square's pixels."""
+        """Hits of the body's faces at the centers of the square's pixels."""
         middles = np.arange(self._pixels) + 0.5
         u, v = np.meshgrid(middles, middles)
         x, y = (
@@ -164,7 +168,7 @@ class LiquidWarp:
         )
 
     def _condition(self, hits: Hits) -> Tensor:
-        """Texture coordinates and background (1, 3, S, S) of what a square's rays hit."""
+        """Return texture coordinates and background (1, 3, S, S) of the hits of a square's rays."""
         import torch
 
         values = np.tile(np.array([0, 0, 1], np.float32), (len(hits.hit), 1))

@@ -30,16 +30,15 @@ class PhysicsMetrics:
         Mean over frames of the height of the lowest joint over the floor beyond 5 mm, mm.
     slide : float
         Mean path over the ground of foot joints while they are lower than 5 cm, mm per frame at 20
-        fps. jitter : float Mean length of the third difference of joint positions times fps^3,
-        m/s^3.
+        fps.
     bone_variation : float
         Standard deviation over mean of bone lengths over time, mean over bones.
     contact_slide : float
-        Speed over the ground of the ends of the feet while they are within 3 cm of their own lowest
-        levels, median, m/s; the measures above take one floor for both feet, and count feet of a
-        clip that floats as clean.
+        Median speed over the ground of the ends of the feet while they are within 3 cm of their own
+        lowest levels, m/s. The measures above use one floor for both feet, and count the feet of a
+        floating clip as clean.
     contact_fast : float
-        Share of those frames with more than .3 m/s.
+        Fraction of those frames with more than 0.3 m/s.
     """
 
     skating: float
@@ -57,24 +56,24 @@ class PhysicsMetrics:
 
 
 RATE = 20.0
-"""Frames a second at which feet are judged."""
+"""Frame rate at which feet are measured."""
 
 LOW = 0.05
-"""Height under which a foot counts as on the ground, meters."""
+"""Height below which a foot counts as on the ground, meters."""
 
 FAST = 0.5
-"""Speed over the ground above which a low foot skates, meters a second."""
+"""Speed over the ground above which a low foot skates, meters per second."""
 
 DOWN = 0.03
-"""Height over its own lowest level under which a foot is down, meters."""
+"""Height over its own lowest level below which a foot is down, meters."""
 LOWEST = 0.05
-"""That level is this quantile of its heights."""
+"""Quantile of a foot's heights that is its lowest level."""
 
 SLIDES = 0.3
 """Speed over the ground, meters per second, above which a foot that is down visibly slides."""
 
 TOLERANCE = 0.005
-"""Distance to the floor that counts as none, meters."""
+"""Distance to the floor that counts as zero, meters."""
 
 
 def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
@@ -111,8 +110,8 @@ def foot_slide(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
 
 
 def ground_distance(points: FloatArray, *, floor: float = 0.0) -> tuple[float, float]:
-    """Penetration and float in mm of points (..., T, P, 3): the lowest point a frame, beyond 5 mm
-    of tolerance, mean."""
+    """Return penetration and float in mm of points (..., T, P, 3): means over frames of the lowest
+    point, beyond 5 mm of tolerance."""
     lowest = np.asarray(points)[..., 1].min(-1) - floor
     return float(1000 * np.maximum(-lowest - TOLERANCE, 0).mean()), float(
         1000 * np.maximum(lowest - TOLERANCE, 0).mean()

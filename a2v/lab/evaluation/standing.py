@@ -1,10 +1,10 @@
-"""Measure for each action how feet stand, how lively clips are and how seeds differ, on clips that
-the commands make.
+"""Measure foot contact, liveliness and variation between seeds for each action, on clips of the
+commands.
 
-A foot is down while its toe is near its own lowest level, wherever that lies: a clip that floats,
-or one whose toes stand unequally high, is measured like any other
-(`a2v.lab.evaluation.physics.foot_skating` takes one floor for all, and counts clips that float as
-clean).
+A foot is down while its toe is near its own lowest level, at any height. So a floating clip, or one
+whose toes stand at different heights, is measured like any other.
+(`a2v.lab.evaluation.physics.foot_skating` uses one floor for all, and counts floating clips as
+clean.)
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from a2v.motion.beginnings import rests
 from a2v.types import FloatArray, Motion, Progress
 
 FPS = 30.0
-"""Frames a second at which clips are judged."""
+"""Frame rate at which clips are measured."""
 SECONDS = 5.0
-"""Of a clip."""
+"""Length of a clip, seconds."""
 RECORDINGS = 12
 """Largest number of recordings of an action that are measured."""
 COPY = 1e-3
-"""Meters between windows, root mean square, under which two recordings are one: the data base has
-some under two numbers."""
+"""Distance between windows, meters (root mean square), below which two recordings are copies: the
+database has some recordings under two numbers."""
 
 
 @dataclass(frozen=True)
@@ -76,15 +76,15 @@ class StandingScore:
     ----------
     action : str
     recordings : int
-        That are no copies of one another.
+        Number of recordings that are not copies of one another.
     generated, recorded : Standing
     spread : float
-        Distance between clips of different seeds over that between recordings (root mean square
-        over joints, medians); None for fewer than two recordings.
+        Distance between clips of different seeds, relative to that between recordings (root mean
+        square over joints, medians); None for fewer than two recordings.
     alike : float or None
-        The same over the distance between recordings that begin as generated clips do: where the
-        person gets going. `spread` takes a random window of each recording, so that part of its
-        distance is that recordings are caught at different moments.
+        The same with recordings that begin like generated clips: when the person starts to move.
+        `spread` takes a random window of each recording, so that a part of its distance comes from
+        different phases of the recordings.
     nearest : float
         Median distance of a generated clip to the most similar recorded window, meters.
     """
@@ -125,18 +125,18 @@ def score_standing(
     actions: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> list[StandingScore]:
-    """Score what `make` gives for each action of `dataset` and seeds from 0 on.
+    """Score clips of `make` for each action of `dataset`, with seeds from 0 on.
 
     Parameters
     ----------
     make : callable
-        Clip of an action's name and a seed, as long as `seconds`, on the data's skeleton.
+        Makes a clip of `seconds` from an action's name and a seed, on the data's skeleton.
     dataset : ActionDataset
     clips : int
-        Seeds an action.
+        Number of seeds per action.
     seconds : float
     actions : sequence of str or None
-        All that the data has clips of.
+        Default: all actions with clips in the data.
 
     Raises
     ------
@@ -144,9 +144,7 @@ def score_standing(
         `clips` is under 2.
     """
     if clips < 2:
-        raise InputError(
-            f"{clips} clips an action; expected at least 2, whose distance tells how seeds differ"
-        )
+        raise InputError(f"{clips} clips an action; expected at least 2, to compare seeds")
     present = (
         [dataset.actions[label] for label in np.unique(dataset.labels)]
         if actions is None
@@ -201,7 +199,7 @@ def _score(
 
 
 def _different(dataset: ActionDataset, own: np.ndarray, length: int) -> list[int]:
-    """The clips `own` without those that are copies of one before."""
+    """Return the clips `own` without copies of earlier ones."""
     first = aligned_windows(
         np.stack([_first(dataset.joints[index], length) for index in own]), dataset.skeleton
     )
@@ -213,7 +211,8 @@ def _different(dataset: ActionDataset, own: np.ndarray, length: int) -> list[int
 
 
 def _middle(clip: FloatArray, length: int) -> FloatArray:
-    """At most `length` frames from the middle of a recording, which begins before people do."""
+    """Return at most `length` frames from the middle of a recording, because the action does not
+    start at its beginning."""
     begin = max(len(clip) - length, 0) // 2
     return clip[begin : begin + length]
 
@@ -243,8 +242,10 @@ def _at(motion: Motion, length: int, fps: float) -> FloatArray:
 
 
 def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
-    """Median distance between windows (N, T, J, 3), first roots at the origin, facing +z: root mean
-    square over joints."""
+    """Return the median distance between windows (N, T, J, 3): root mean square over joints.
+
+    The windows are compared with their first roots at the origin, facing +z.
+    """
     flat = aligned_windows(windows, skeleton)
     pairs = np.triu_indices(len(flat), 1)
     return float(np.median(np.linalg.norm(flat[pairs[0]] - flat[pairs[1]], axis=-1)))
@@ -291,7 +292,7 @@ def standing_table(scores: Sequence[StandingScore]) -> str:
 
 
 def ratio(made: float, real: float) -> float:
-    """What is generated over what is recorded."""
+    """Return the generated value divided by the recorded one."""
     return made / max(real, 1e-9)
 
 

@@ -1,7 +1,7 @@
 """The papers' user studies: preference ranking and real-or-fake (conference paper, Sec. 4.2.5 and
 A.5; journal paper, Table 3).
 
-`write_survey` makes one static page with the clips inside, and a key that says which clip is whose.
+`write_survey` makes one static page with the clips inside, and a key with the source of each clip.
 `a2v.lab.evaluation.survey_answers` reads the files that participants save.
 """
 
@@ -55,13 +55,14 @@ class SurveySettings:
     Attributes
     ----------
     preference : int
-        Questions that rank one clip of every source, over all actions in turn.
+        Number of questions in which one clip of every source is ranked; the actions alternate.
     real_or_fake : int
-        Questions about a single clip, half of them real (the papers have 72).
+        Number of questions about a single clip; half of the clips are real (the papers have 72
+        questions).
     size : int
         Side of a clip, pixels.
     seed : int
-        Of the order, the choice and the names of the clips.
+        Seed of the order, the choice and the names of the clips.
     title : str
         Heading of the page.
     """

@@ -30,7 +30,8 @@ def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple
     """
     if not 0 <= successes <= total or total < 1:
         raise InputError(
-            f"{successes} of {total} is no share; expected 0 <= successes <= total and at least 1"
+            f"{successes} of {total} is not a share; expected 0 <= successes <= total "
+            "and at least 1"
         )
     share = successes / total
     middle = (share + z * z / (2 * total)) / (1 + z * z / total)
@@ -142,7 +143,7 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
         good = False
     if not good:
         raise InputError(
-            f"{path} is no key of a survey; expected the NAME.key.json that a2v "
+            f"{path} is not a key of a survey; expected the NAME.key.json that a2v "
             "survey wrote beside the page"
         )
     return key
@@ -220,7 +221,7 @@ def analyze(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
         raise InputError("no answers to analyze")
     people = [item["participant"] for item in answers]
     if doubles := [name for name in people if people.count(name) > 1]:
-        raise InputError(f"participant {doubles[0]} is there twice; keep one file of each")
+        raise InputError(f"participant {doubles[0]} has two files; keep one of them")
     source = {name: clip["source"] for name, clip in key["clips"].items()}
     kinds = {question["id"]: question for question in key["questions"]}
     sources = {

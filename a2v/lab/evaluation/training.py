@@ -37,7 +37,7 @@ class ClassifierSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, with a cosine decay to a hundredth.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     clip_gradient : float
         Largest norm of the gradient.
     face_forward : bool

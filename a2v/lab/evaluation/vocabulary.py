@@ -1,5 +1,5 @@
-"""Each action of a large vocabulary: whether it is recognized, and how closely it repeats its
-training clips."""
+"""Scores of each action of a large vocabulary: whether it is recognized, and how closely it repeats
+its training clips."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class ActionScore:
     clips : int
         Recorded clips.
     real_accuracy, accuracy : float
-        Share of recorded and of generated windows in which the classifier sees the action.
+        Fraction of recorded and of generated windows that the classifier assigns to the action.
     nearest : float
         Median distance of a generated window to the most similar recorded one: root mean square
         over joints, meters.
     takes : float
-        The same between windows of one recorded clip and those of the action's others: what another
-        take would have. None for a single clip.
+        The same between windows of one recorded clip and those of the action's other clips, as a
+        reference for another take. None for a single clip.
     """
 
     action: str

@@ -18,11 +18,11 @@ BACKGROUND = 235
 
 
 class Warp:
-    """The photo's colors moved along with the posed body; no shape, no learned network.
+    """Moves the photo's colors along with the posed body; without a reconstruction or a network.
 
     Each pixel of a view that the posed body covers takes the color of the photo at the same point
     of the body. Points that the photo does not show take the color of the nearest pixel that it
-    shows. Hair and clothes that stand off from the body are lost.
+    shows. Hair and clothes outside of the body's outline are lost.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Our own motion model: flow matching over whole windows (not in the papers).
 
-A network carries Gaussian noise to the code of a window (`a2v.lab.motion.windows`) along straight
-paths (Lipman et al. 2023; Liu et al. 2023), given the action, how much of the window is in motion,
-and the frames it continues. Without a step loop it does not drift inside a window, and following
-windows continue one another.
+A network transports Gaussian noise to the code of a window (`a2v.lab.motion.windows`) along
+straight paths (Lipman et al. 2023; Liu et al. 2023). Its conditions are the action, the fraction of
+the window in motion, and the frames that the window continues. There is no loop over frames, so
+that it does not drift inside a window; successive windows continue each other.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from a2v.lab.motion.windows import WindowCodec
 from a2v.lab.runs import RunSettings
 
 GUIDANCE = 1.5
-"""Default strength with which velocities are pushed towards the action
+"""Default strength with which velocities are pushed toward the action
 (docs/research/motion-flow.md)."""
 
 
@@ -40,7 +40,7 @@ class FlowSettings(RunSettings):
     foot_step : float
         Weight of the error of foot motion between frames in the code.
     context_frames : int
-        Frames that a following window sees.
+        Number of frames that the next window gets as context.
     width : int
         Width of the residual blocks of the network.
     blocks : int
@@ -55,7 +55,7 @@ class FlowSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, with a cosine decay to a fiftieth.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     balance : float
         Share of windows drawn with all actions equally likely; the others are drawn with all clips
         equally likely. For data sets with rare actions.
@@ -65,17 +65,17 @@ class FlowSettings(RunSettings):
     context_dropout : float
         Share of windows on which the network is trained without context.
     action_dropout : float
-        Share of windows on which the network is trained without an action; guidance needs these.
+        Share of windows on which the network is trained without an action, which guidance requires.
     emphasis : float
         The error of a coefficient is weighted by its standard deviation to this power: 0 weights
-        all equally, 1 by how much they move the joints.
+        all equally, 1 in proportion to their effect on the joints.
     half : bool
         Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU
         that has it.
     average : float
-        Decay of the exponential moving average of the weights that is kept.
+        Decay of the exponential moving average of the weights. The average is the result.
     pool : int
-        Windows that are encoded at a time.
+        Number of windows that are encoded at a time.
     initial : str
         ``flow.pt`` of a run of the same sizes and actions to start from, or an exported flow of the
         same sizes, whose actions are matched by name. "" starts from random weights.
@@ -142,9 +142,9 @@ class _Block(nn.Module):
         nn.init.zeros_(self.modulation.bias)
 
     def modulations(self, condition: Tensor) -> Modulation:
-        """What scales, shifts and gates the block under conditions (B, C)."""
-        # three products, each with what is added to it in its bias: splitting the result of one
-        # took onnxruntime longer than the product
+        """Return scale, shift and gate of the block under conditions (B, C)."""
+        # Three products with their biases. Splitting the result of a single product took
+        # onnxruntime longer than the product.
         weights, (scale_bias, shift_bias, gate_bias) = (
             self.modulation.weight.chunk(3),
             self.modulation.bias.chunk(3),
@@ -187,7 +187,7 @@ class FlowNetwork(nn.Module):
         self.register_buffer("frequencies", torch.exp(torch.linspace(0, 6, 32)))
         self.entry = nn.Linear(settings.code_size, width)
         self.time = nn.Linear(64, shared)
-        self.action = nn.Embedding(n_actions + 1, shared)  # the last: no action
+        self.action = nn.Embedding(n_actions + 1, shared)  # the last entry is "no action"
         names = sorted({trait for own in traits for trait in own})
         has = torch.zeros(n_actions + 1, len(names))
         for action, own in enumerate(traits):
@@ -209,7 +209,7 @@ class FlowNetwork(nn.Module):
     def condition(
         self, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor
     ) -> Tensor:
-        """What the velocity depends on besides point and time: (B, W).
+        """Return the condition (B, W) of the velocity, from everything except point and time.
 
         Parameters
         ----------
@@ -259,12 +259,13 @@ class FlowNetwork(nn.Module):
         guided_until: float = 1.0,
         steer: Callable[[Tensor], Tensor] | None = None,
     ) -> Tensor:
-        """Carry noise (B, D) at time 0 to codes at time 1.
+        """Integrate the flow from noise (B, D) at time 0 to codes at time 1.
 
-        Adams and Bashforth's second order: a step extrapolates from the last two velocities, so
-        that it costs one evaluation of the network; only the first is a midpoint step, with two.
+        It uses the second-order Adams-Bashforth method: a step extrapolates from the last two
+        velocities, and needs one evaluation of the network. The first is a midpoint step with two
+        evaluations.
 
-        A guided velocity is exaggerated away from what it is without the action (classifier-free
+        A guided velocity is moved away from the velocity without the action (classifier-free
         guidance, Ho and Salimans 2022), which takes two evaluations side by side.
 
         Parameters
@@ -276,18 +277,17 @@ class FlowNetwork(nn.Module):
         guidance : float
             1 for none.
         guided_until : float
-            Steps that start at this time or later are not guided: the action is settled early, and
-            pushing what follows only takes variety away (Kynkäänniemi et al. 2024).
+            Steps that start at this time or later are not guided. The action is determined early,
+            and later guidance only reduces variety (Kynkäänniemi et al. 2024).
         steer : callable or None
-            Moves codes (B, D) towards the constraints. It is applied at every evaluation to the
-            code that the velocity heads for, and to the result. The flow decides whatever the
-            constraints leave open.
+            Moves codes (B, D) toward the constraints. It is applied to the predicted final code at
+            every evaluation, and to the result.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]
         guided = [guidance != 1 and start < guided_until for start in (0.0, *starts)]
-        # times and conditions are known before any point is: one product for all evaluations
-        # instead of one for each
+        # times and conditions are known in advance: one product for all evaluations instead of one
+        # for each
         known = [
             part for push in guided for part in ((condition, without) if push else (condition,))
         ]

@@ -50,7 +50,7 @@ class WindowPool:
         self.counts = np.array([len(joints) for joints in dataset.joints])
 
     def draw(self, size: int, generator: np.random.Generator) -> Windows:
-        """`size` random windows."""
+        """Draw `size` random windows."""
         clips = self.sampler.draw(size, generator)
         joints = self.sampler.windows(clips, generator)
         if self.forward:
@@ -99,7 +99,7 @@ class FlowTraining(Training):
         self.drawn: Windows | None = None
 
     def begin(self) -> None:
-        """Fit the code, or take over another run's weights."""
+        """Fit the code, or start from the weights of another run."""
         chosen = self.settings
         sizes = CodecSettings(
             size=chosen.code_size,
@@ -129,7 +129,7 @@ class FlowTraining(Training):
         self.codec = stored_codec(content, self.features)
 
     def content(self) -> dict[str, Any]:
-        """Weights, their average, and the code."""
+        """Return the weights, their average, and the code."""
         return {
             "network": self.network.state_dict(),
             "averaged": self.averaged.state_dict(),
@@ -157,13 +157,13 @@ class FlowTraining(Training):
         )
 
     def step(self) -> dict[str, float]:
-        """One iteration; its squared error as "loss"."""
+        """Run one iteration; returns its squared error as "loss"."""
         settings, iteration = self.settings, self.iteration
         refresh = max(1, settings.pool // 16)
         if iteration % refresh == 0 or self.drawn is None:
             drawn_at = (
                 iteration - iteration % refresh
-            )  # so that a resumed run sees the pool it would have seen
+            )  # so that a resumed run uses the same pool as an uninterrupted one
             self.drawn = self.pool.draw(
                 settings.pool, np.random.default_rng([settings.seed, drawn_at])
             )
@@ -181,8 +181,8 @@ class FlowTraining(Training):
         return {"loss": float(loss.detach())}
 
     def _loss(self, windows: Windows, draws: torch.Generator) -> Tensor:
-        """Weighted squared error of the velocity at random points on the way to a batch of
-        `windows`."""
+        """Return the weighted squared error of the velocity at random points on the paths to a
+        batch of `windows`."""
         settings, batch = self.settings, self.settings.batch_size
         chosen = torch.randint(0, len(windows.codes), (batch,), generator=draws)
         noise = torch.randn(batch, settings.code_size, generator=draws)

@@ -1,7 +1,7 @@
 """Fused products of the motion VAE's layers, for the recurrence and the export.
 
-Layers without a non-linearity between them are one product. For a single frame the number of
-operations is what costs time.
+Layers without a non-linearity between them are one product. The time for a single frame depends
+mainly on the number of operations.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def prior_entry(prior: GaussianGRU, decoder: PoseDecoder) -> Affine:
 
 
 def prior_exit(prior: GaussianGRU) -> Affine:
-    """Mean and log variance beneath each other: (2Z, H) and (2Z,), of the state."""
+    """Return mean and log variance of the state, stacked: (2Z, H) and (2Z,)."""
     nets = prior.mu_net, prior.logvar_net
     return Affine(torch.cat([net.weight for net in nets]), torch.cat([net.bias for net in nets]))
 

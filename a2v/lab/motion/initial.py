@@ -38,12 +38,11 @@ def carry_over(
     actions: Sequence[str],
     traits: Sequence[Sequence[str]],
 ) -> WindowCodec:
-    """Give `network` the weights of another flow, rotated to the code of `codec`; the codec with
-    that flow's context.
+    """Set the weights of `network` to those of another flow, rotated to the code of `codec`.
 
     A flow between rotated noise and rotated codes is the same flow: only the first and the last
-    layer see the rotation. Actions and traits of an exported flow are found by name; those that it
-    lacks keep what `network` has.
+    layer contain the rotation. Returns the codec with that flow's context. Actions and traits of an
+    exported flow are matched by name; missing ones keep the weights of `network`.
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ def carry_over(
 
 
 def stored_codec(content: Mapping[str, Any], features: int) -> WindowCodec:
-    """The codec of a run's ``flow.pt``, of `features` numbers per frame."""
+    """Return the codec of a run's ``flow.pt``, with `features` numbers per frame."""
     return WindowCodec.from_arrays(
         {name: array.numpy() for name, array in content["codec"].items()}, features
     )
@@ -103,7 +102,8 @@ def _run(path: str, features: int) -> Start:
 
 
 def _exported(path: str) -> Start:
-    """An exported flow: its bytes and halves as they were rounded, and codes of unit scale."""
+    """Return an exported flow, with weights as rounded to bytes and halves, and codes of unit
+    scale."""
     import onnx
     from onnx import numpy_helper
 
@@ -112,7 +112,7 @@ def _exported(path: str) -> Start:
         next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
     )
     if said.get("format") != WINDOW_FORMAT:
-        raise InputError(f"{path} is no window flow of a2v; give a flow.pt or an exported flow")
+        raise InputError(f"{path} is not a window flow of a2v; give a flow.pt or an exported flow")
     card = parse_card(said, Path(path))
     stored = {item.name: numpy_helper.to_array(item) for item in proto.graph.initializer}
 
@@ -151,8 +151,8 @@ def _exported(path: str) -> Start:
 def _by_name(
     wanted: Sequence[str | None], known: Sequence[str | None], rows: Tensor, own: Tensor
 ) -> Tensor:
-    """Rows of `own` (len(wanted), C), replaced by those of `rows` (len(known), C) that have the
-    same name."""
+    """Replace rows of `own` (len(wanted), C) by those of `rows` (len(known), C) with the same
+    name."""
     made = own.clone()
     for at, name in enumerate(wanted):
         if name in known:

@@ -77,7 +77,7 @@ class VAESettings:
         return self.roots == "relative"
 
     def feedback(self, poses: Tensor) -> Tensor:
-        """Return previous poses (..., J, 3) as prior and generator see them: relative to the root
+        """Return previous poses (..., J, 3) as input of prior and generator: relative to the root
         if `relative`."""
         return poses - poses[..., :1, :] if self.relative else poses
 
@@ -93,7 +93,8 @@ class GaussianGRU(nn.Module):
         self.logvar_net = nn.Linear(settings.hidden_size, settings.latent_size)
 
     def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
-        """Mean and log variance (B, T, Z) and final state (1, B, H) of inputs (B, T, D)."""
+        """Return mean and log variance (B, T, Z) and the final state (1, B, H) for inputs (B, T,
+        D)."""
         hidden, state = self.gru(self.encoder(inputs), state)
         return self.mu_net(hidden), self.logvar_net(hidden), state
 
@@ -121,7 +122,7 @@ class StandardNormal(nn.Module):
 
 
 class Generator(nn.Module):
-    """Encoder, two GRU layers and decoder; the pose decoding turns its output into joints."""
+    """Encoder, two GRU layers and decoder; the pose decoding converts its output to joints."""
 
     def __init__(self, input_size: int, output_size: int, settings: VAESettings) -> None:
         super().__init__()
@@ -132,7 +133,7 @@ class Generator(nn.Module):
         self.decoder = nn.Linear(settings.hidden_size, output_size)
 
     def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
-        """Outputs (B, T, D') and final state (2, B, H) of inputs (B, T, D)."""
+        """Return outputs (B, T, D') and final state (2, B, H) for inputs (B, T, D)."""
         hidden, state = self.gru(self.encoder(inputs), state)
         return self.decoder(hidden), state
 
@@ -258,8 +259,8 @@ class PoseDecoder(nn.Module):
         if self.lie_output is None:
             return Pose(outputs.reshape(batch, frames, n, 3) + origin, None, None, None)
         bones = self.turns
-        # tanh keeps each component within half a turn, so the norm below sqrt(3) pi; the paper
-        # limits the norm itself to pi
+        # tanh keeps each component within half a turn, so that the norm is below sqrt(3) pi; the
+        # paper limits the norm itself to pi
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
         turned = torch.cat(
             [torch.zeros_like(rotvec[..., :3]), rotvec[..., : 3 * n - 3]], -1

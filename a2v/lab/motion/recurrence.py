@@ -1,10 +1,11 @@
-"""Sequences that see their own poses: the roll-out, and the gradient through the feedback.
+"""Sequences whose own poses are fed back: the roll-out, and the gradient through the feedback.
 
-Training a sequence without teacher forcing needs two passes that go frame by frame: forward, for
-the poses that are fed back, and backward, since a pose's gradient includes that of the next frame.
-Both are written out here and do only that. All other gradients (of weights, latents, prior) come
-from the parallel pass over all frames, which runs on the rolled out poses as on real ones. With the
-complete gradient with respect to each pose, it gives the gradients of the whole recurrence.
+Training a sequence without teacher forcing needs two passes frame by frame: a forward pass for the
+poses that are fed back, and a backward pass, since a pose's gradient includes that of the next
+frame. Both are implemented here, and compute only that. All other gradients (of weights, latents,
+prior) come from a parallel pass over all frames, which uses the rolled-out poses like real ones.
+With the complete gradient with respect to each pose, it gives the gradients of the whole
+recurrence.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ _sigmoid_back = torch.ops.aten.sigmoid_backward.grad_input
 
 
 class GRUTrace:
-    """One layer's pass over T frames, kept so that gradients can be carried back frame by frame.
+    """One layer's pass over T frames, stored so that gradients can be propagated back frame by
+    frame.
 
     Parameters
     ----------
@@ -59,7 +61,7 @@ class GRUTrace:
         self._carried = torch.zeros_like(self.states[0])
 
     def step(self, frame: int, inputs: Tensor) -> Tensor:
-        """New state (B, H) at `frame`, given ``weight_ih @ x + bias_ih`` (B, 3H)."""
+        """Return the new state (B, H) at `frame`, given ``weight_ih @ x + bias_ih`` (B, 3H)."""
         both, state, product, gates = (
             2 * self.size,
             self.states[frame],
@@ -164,7 +166,7 @@ class RollOut:
         self.joints = _points(poses[1:].transpose(0, 1))
 
     def _decode(self, t: int, outputs: Tensor, previous: Tensor) -> Tensor:
-        """Pose (B, 3J) of the outputs (B, D), as `PoseDecoder` has it."""
+        """Decode the outputs (B, D) to poses (B, 3J), as `PoseDecoder` does."""
         decoder = self.decoder
         joints = _points(previous)
         origin = joints[:, 0] if decoder.settings.relative else torch.zeros_like(joints[:, 0])
@@ -201,8 +203,9 @@ class RollOut:
 
     @torch.no_grad()
     def pull_back(self, joints: Tensor, velocity: Tensor | None) -> Tensor:
-        """Return the gradients with respect to the poses, their effect on all later ones included.
-        Call once.
+        """Return the gradients with respect to the poses, including their effect on all later ones.
+
+        Call it once.
 
         Parameters
         ----------
@@ -231,7 +234,7 @@ class RollOut:
         return _points(total.transpose(0, 1))
 
     def _way_back(self) -> None:
-        """Prepare the parts of the backward pass that are known for all frames at once."""
+        """Prepare the parts of the backward pass that are known for all frames in advance."""
         if not self.kept:
             return
         whole = {name: torch.stack([kept[name] for kept in self.kept]) for name in self.kept[0]}
@@ -250,8 +253,8 @@ class RollOut:
     def _decode_back(
         self, t: int, pose: Tensor, velocity: Tensor | None
     ) -> tuple[Tensor, Tensor | None]:
-        """Gradients by the outputs (B, D) and by the pose before (B, 3J), given that by the pose
-        (B, 3J)."""
+        """Return the gradients by the outputs (B, D) and by the previous pose (B, 3J), given that
+        by the pose (B, 3J)."""
         decoder = self.decoder
         root, fed = _points(pose).sum(1), None
         if decoder.settings.relative and not decoder.follows_trajectory:
@@ -294,7 +297,7 @@ class RollOut:
 
 
 def _points(poses: Tensor) -> Tensor:
-    """(..., J, 3) of (..., 3J)."""
+    """Reshape (..., 3J) to (..., J, 3)."""
     return poses.view(*poses.shape[:-1], -1, 3)
 
 
@@ -316,11 +319,11 @@ class _Feedback(torch.autograd.Function):
 def with_feedback(
     joints: Tensor, velocity: Tensor | None, rolled: RollOut
 ) -> tuple[Tensor, Tensor | None]:
-    """Joints (B, T, J, 3) and velocities (B, T, 3) of the parallel pass over the rolled out poses,
-    with the feedback's gradient.
+    """Add the feedback's gradient to joints (B, T, J, 3) and velocities (B, T, 3) of the parallel
+    pass over rolled-out poses.
 
-    Whatever is computed from the results, the prior's part included, has its gradient carried
-    through the feedback before it reaches the arguments.
+    The gradient of any function of the results, including the prior's part, passes through the
+    feedback before it reaches the arguments.
     """
     result: tuple[Tensor, Tensor | None] = _Feedback.apply(joints, velocity, rolled)  # type: ignore[no-untyped-call]
     return result

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,10 +16,10 @@ from torch import nn
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset, ClipSampler
-from a2v.lab.motion.losses import ReconstructionLoss, vae_losses
+from a2v.lab.motion.losses import AlignmentLoss, ReconstructionLoss, vae_losses
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
+from a2v.lab.runs import NEWER, RateSchedule, Run, RunSettings, Training, carry_on, identity
 
 FILE = "checkpoint.pt"
 KL_END: Mapping[str, float] = {"cmu": 0.1, "ntu_vibe": 0.1}
@@ -29,41 +29,45 @@ for other data."""
 
 @dataclass(frozen=True)
 class TrainSettings(RunSettings):
-    """How the VAE is trained; the defaults are the journal paper's.
+    """Settings of the training of the VAE; the defaults are the journal paper's.
 
     Attributes
     ----------
     iterations : int
         Number of iterations.
     batch_size : int
-        Clips an iteration.
+        Number of clips per iteration.
     length : int
-        Frames a clip; 0 for the data set's own (60 for HumanAct12, 100 for CMU).
+        Number of frames per clip; 0 for the data set's own (60 for HumanAct12, 100 for CMU).
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips (not the
-        paper's, whose evaluation draws actions alike).
+        Share of a batch that is drawn uniformly from all actions instead of from all clips. It is
+        not in the paper, whose evaluation draws actions uniformly.
     learning_rate : float
         Learning rate of Adam.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of Adam.
     schedule : "constant" or "cosine"
-        "cosine" lowers the learning rate to a hundredth towards the end (not the paper's; see
+        "cosine" lowers the learning rate to a hundredth toward the end (not in the paper; see
         docs).
     teacher_forcing : float
         Probability p_tf that a sequence is fed the real previous poses.
     teacher_forcing_meaning : "paper" or "published"
-        The published trainer feeds back the model's *own* pose with this probability.
+        Meaning of `teacher_forcing`: the probability of real previous poses, as in the paper, or of
+        the model's *own*, as in the published code.
     kl_start : float
         Weight of the KL term at the start; it is ramped linearly over the training.
     kl_end : float
         Weight of the KL term at the end; a negative value takes the data set's.
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
+    alignment : "norm" or "mse"
+        That term as in Eq. 12, or the published code's mean squared error, with which roots leap
+        (see docs/research/motion-vae.md).
     reconstruction : "norm" or "mse"
-        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see
+        Eq. 13, or the published code's loss, for which its weights of the KL term were tuned (see
         docs/research/motion-vae.md).
     clip_gradient : float
-        Largest norm of the gradient; 0 for no limit (the paper's).
+        Largest norm of the gradient; 0 for no limit, as in the paper.
     """
 
     iterations: int = 50_000
@@ -78,6 +82,7 @@ class TrainSettings(RunSettings):
     kl_start: float = 0.001
     kl_end: float = -1.0
     align_weight: float = 10.0
+    alignment: AlignmentLoss = field(default="norm", metadata=NEWER)
     reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
 
@@ -96,7 +101,7 @@ class TrainSettings(RunSettings):
             )
 
     def final_kl(self, dataset: ActionDataset) -> float:
-        """The KL term's weight at the end of the ramp."""
+        """Return the weight of the KL term at the end of the ramp."""
         return KL_END.get(dataset.name, 0.01) if self.kl_end < 0 else self.kl_end
 
 
@@ -134,7 +139,7 @@ class VAETraining(Training):
         self.final_kl = settings.final_kl(dataset)
 
     def step(self) -> dict[str, float]:
-        """One iteration; the unweighted terms of Eq. 12 and the weights in force."""
+        """Run one iteration; returns the unweighted terms of Eq. 12 and the current weights."""
         model, generator, settings = self.model, self.generator, self.settings
         batch, labels, bone_lengths = self.sampler.batch(settings.batch_size, generator)
         noise = generator.standard_normal(
@@ -154,7 +159,11 @@ class VAETraining(Training):
         )
         result = model.reconstruct(joints, actions, lengths, draws, teacher)
         losses = vae_losses(
-            result, joints, reconstruction=settings.reconstruction, roots=model.settings.roots
+            result,
+            joints,
+            reconstruction=settings.reconstruction,
+            roots=model.settings.roots,
+            alignment=settings.alignment,
         )
         total = (
             losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
@@ -164,7 +173,7 @@ class VAETraining(Training):
         return terms | {"kl_weight": kl_weight, "learning_rate": self.rate(self.iteration)}
 
     def content(self) -> dict[str, Any]:
-        """Weights, the generator's state, and the sizes that the weights have."""
+        """Return the weights, the generator's state, and the sizes of the networks."""
         return {
             "model": self.model.state_dict(),
             "generator": self.generator.bit_generator.state,
@@ -179,15 +188,16 @@ class VAETraining(Training):
 
 
 def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> VAETraining:
-    """A fresh training with seeded weights.
+    """Make a new training with seeded weights.
 
     Raises
     ------
     InputError
-        GLMI was requested for data without a trajectory."""
+        GLMI was requested for data without a trajectory.
+    """
     spread = max(float(np.abs(joints[:, 0] - joints[:1, 0]).max()) for joints in dataset.joints)
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
-        # NTU-VIBE's roots sway by centimeters and go nowhere: no use
+        # NTU-VIBE's roots sway by centimeters and do not travel, so GLMI is of no use
         raise InputError(
             f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; "
             "use 'lie' or 'plain'"
@@ -216,7 +226,7 @@ def train(
         Sizes and schedule.
     on_log : callable
         Called with the training and the mean terms since the last call, every `log_every`
-        iterations; what it adds to the terms goes into the log.
+        iterations; terms that it adds are logged.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class MotionVAE(nn.Module):
         )
 
     def initial_states(self, batch: int) -> States:
-        """Zero states for `batch` sequences."""
+        """Return zero states for `batch` sequences."""
         like = self.generator.decoder.weight
         size = self.settings.hidden_size
         return States(
@@ -136,8 +136,9 @@ class MotionVAE(nn.Module):
         noise: Tensor,
         teacher: Tensor | None = None,
     ) -> Reconstruction:
-        """One training pass. Only sequences without teacher forcing need loops over frames
-        (`a2v.lab.motion.recurrence`).
+        """Run one training pass.
+
+        Only sequences without teacher forcing need loops over frames (`a2v.lab.motion.recurrence`).
 
         Parameters
         ----------
@@ -149,8 +150,8 @@ class MotionVAE(nn.Module):
         noise : (B, T, Z)
             Draws of the reparameterization trick.
         teacher : (B,) bool
-            Which sequences see the real previous poses p_{t-1}. The others see the model's own, and
-            gradients flow through them. None: all see real poses.
+            Sequences that get the real previous poses p_{t-1}. The others get the model's own, and
+            gradients flow through them. None: all get real poses.
         """
         condition = self.condition(actions, joints.shape[1])
         posterior_mean, posterior_logvar, _ = self.posterior(
@@ -190,15 +191,18 @@ class MotionVAE(nn.Module):
         )
 
     def observed(self, joints: Tensor) -> Tensor:
-        """Return real poses (B, T, J, 3) as the posterior sees them. With relative roots, joints
-        are relative to the root, and the root's entry is its step since the last frame."""
+        """Return real poses (B, T, J, 3) as input of the posterior.
+
+        With relative roots, joints are relative to the root, and the root's entry is its step since
+        the previous frame.
+        """
         if not self.settings.relative:
             return joints
         roots = joints[:, :, :1]
         return torch.cat([roots - shifted(roots), joints[:, :, 1:] - roots], 2)
 
     def condition(self, actions: Tensor, frames: int) -> Tensor:
-        """Action and time counter (B, T, A + 1) of sequences with one action (B, A)."""
+        """Return action and time counter (B, T, A + 1) of sequences with one action (B, A)."""
         counter = torch.arange(1, frames + 1, dtype=actions.dtype, device=actions.device) / frames
         return torch.cat(
             [
@@ -210,7 +214,7 @@ class MotionVAE(nn.Module):
 
     @torch.no_grad()
     def sample(self, actions: Tensor, lengths: Tensor, noise: Tensor) -> Pose:
-        """Generate motions from noise: the reference that the exported graphs are compared with.
+        """Generate motions from noise, as the reference for the exported graphs.
 
         Parameters
         ----------

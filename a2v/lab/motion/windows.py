@@ -2,7 +2,7 @@
 (PCA).
 
 The remainder of a plain PCA is small for the pose, but large for a foot that should stand still. So
-the basis is optimal for a sum of squares that includes the feet's places and steps beside the
+the basis minimizes a sum of squares that includes the feet's positions and steps besides the
 directions (`foot_metric`).
 """
 
@@ -23,15 +23,15 @@ from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.types import FloatArray
 
 _LEAST_SCALE = 1e-5
-"""Standard deviation of a direction below which nothing varies in it."""
+"""Smallest standard deviation of a direction; below it, the direction counts as constant."""
 CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 
 
 def foot_metric(
     skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float
 ) -> FloatArray:
-    """Return M of the sum of squares x^T M x, which includes the feet's places and steps, for flat
-    features x of `frames` frames.
+    """Return M of the sum of squares x^T M x, which includes the feet's positions and steps, for
+    flat features x of `frames` frames.
 
     Feet are linear in the features for bones of given lengths, as long as directions are not
     normalized again.
@@ -39,7 +39,7 @@ def foot_metric(
     Parameters
     ----------
     skeleton : Skeleton
-        Its `feet` are the joints that count.
+        Skeleton whose `feet` are used.
     lengths : (J,)
         Bone lengths of a typical body, in the features' unit of length; the mean bone is the unit
         of the weights.
@@ -86,7 +86,7 @@ class LinearCode:
 
     @classmethod
     def fit(cls, features: FloatArray, size: int, metric: FloatArray | None = None) -> LinearCode:
-        """The leading `size` components of features (M, N) under a positive definite `metric` (N,
+        """Fit the first `size` components of features (M, N) under a positive definite `metric` (N,
         N), else the identity."""
         if size > min(features.shape):
             raise InputError(
@@ -99,7 +99,7 @@ class LinearCode:
         seen = centered if root is None else centered @ root
         covariance = seen.T @ seen / len(features)
         if size < covariance.shape[0] // 4:
-            # a Krylov solver finds the leading few of thousands of directions in seconds; its start
+            # a Krylov solver finds the first few of thousands of directions in seconds; its start
             # is fixed
             values, vectors = eigsh(covariance, k=size, v0=np.ones(len(covariance)))
         else:
@@ -117,13 +117,15 @@ class LinearCode:
 
     @property
     def inverse_scale(self) -> FloatArray:
-        """1 / scale (D,), and 0 for directions in which nothing varies: few clips have few
-        directions, and 1 / scale of the others is not a number in half precision."""
+        """1 / scale (D,), and 0 for constant directions.
+
+        Few clips have few directions, and 1 / scale of the others would overflow half precision.
+        """
         varies = self.scale > _LEAST_SCALE
         return np.where(varies, 1 / np.where(varies, self.scale, 1), 0).astype(np.float32)
 
     def encode(self, features: FloatArray) -> FloatArray:
-        """Codes (M, D) of features (M, N)."""
+        """Return codes (M, D) of features (M, N)."""
         code: FloatArray = (features - self.mean) @ self.encoder.T * self.inverse_scale
         return code
 
@@ -139,7 +141,7 @@ class LinearCode:
         return rotation
 
     def decode(self, code: FloatArray) -> FloatArray:
-        """Features (M, N) of codes (M, D)."""
+        """Return features (M, N) of codes (M, D)."""
         features: FloatArray = (code * self.scale) @ self.basis + self.mean
         return features
 
@@ -221,7 +223,7 @@ class WindowCodec:
         )
 
     def to_arrays(self) -> dict[str, FloatArray]:
-        """Arrays to store; see `from_arrays`."""
+        """Return arrays to store; see `from_arrays`."""
         parts = {"window": self.window, "context": self.context}
         return {
             f"{name}.{field}": getattr(code, field)
@@ -231,7 +233,8 @@ class WindowCodec:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray], features: int) -> WindowCodec:
-        """The inverse of `to_arrays`; `features` is the number of features a frame."""
+        """Make a codec from the arrays of `to_arrays`; `features` is the number of features per
+        frame."""
         window, context = (
             LinearCode(*(arrays[f"{name}.{field}"] for field in CODE_FIELDS))
             for name in ("window", "context")

@@ -19,13 +19,13 @@ State = Mapping[str, Tensor]
 
 
 def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
-    """The named tensors of a checkpoint, as float32; nothing but tensors, plain values and lists of
-    options is unpickled.
+    """Read the named tensors of a checkpoint as float32; only tensors, plain values and lists of
+    options are unpickled.
 
     Parameters
     ----------
     inside : str
-        The entry that holds them; "" if the file holds only tensors.
+        The entry with the tensors; "" if the file has only tensors.
 
     Raises
     ------
@@ -35,11 +35,12 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
     try:
         with torch.serialization.safe_globals(
             [argparse.Namespace]
-        ):  # PIFuHD keeps its command line beside the weights
+        ):  # PIFuHD stores its command line beside the weights
             content: Any = load_tensors(path)
     except InputError:
         raise
-    except Exception:  # torch raises many kinds for a file that it cannot or refuses to read
+    # torch raises many kinds of errors for a file that it cannot or refuses to read
+    except Exception:
         raise InputError(
             f"{path} cannot be read as a checkpoint: it is damaged, or holds more "
             "than tensors and plain values"
@@ -86,7 +87,7 @@ def channels(state: State, name: str, axis: int) -> int:
 
 
 def fill(module: nn.Module, state: State, what: str) -> None:
-    """Set all tensors of a network, and check that none is left over.
+    """Set all tensors of a network, and check that all tensors of the file are used.
 
     Raises
     ------

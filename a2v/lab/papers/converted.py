@@ -1,4 +1,4 @@
-"""The user's checkpoints as ONNX files: converted once into the cache, part by part, then run by
+"""The user's checkpoints as ONNX files: converted once into the cache, part by part, and run by
 onnxruntime."""
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from a2v.lab.papers.models import Part
 
 FORMAT = 1
-"""Increased when the same checkpoint is converted to other graphs."""
+"""Version of the conversion; increased when the graphs of a checkpoint change."""
 KINDS: Mapping[str, Sequence[str]] = {
     "geometry": ("features", "points"),
     "color": ("features", "points"),

@@ -32,8 +32,8 @@ class PIFuGeometry(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture (1, 3, `pixels`, `pixels`), and the chance that points lie in the
-        person."""
+        """Yield the parts: features of a picture (1, 3, `pixels`, `pixels`), and the probability
+        that points lie in the person."""
         with_map = (self.image_filter.features, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
         yield Part(
@@ -42,8 +42,8 @@ class PIFuGeometry(nn.Module):
 
 
 class PIFuColor(nn.Module):
-    """PIFu's ``net_C``: a residual filter whose features stand behind those of `PIFuGeometry`, and
-    five layers for points."""
+    """PIFu's ``net_C``: a residual filter whose features are appended to those of `PIFuGeometry`,
+    and five layers for points."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -55,14 +55,14 @@ class PIFuColor(nn.Module):
         if self.surface_classifier.inputs < self.image_filter.features + 2:
             raise InputError(
                 f"{path}: the layers for points take "
-                f"{self.surface_classifier.inputs} numbers, fewer than its picture "
-                "filter gives"
+                f"{self.surface_classifier.inputs} inputs, fewer than the outputs of its picture "
+                "filter"
             )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture, and sRGB colors of points from those of the geometry followed by
-        these."""
+        """Yield the parts: features of a picture, and sRGB colors of points from the geometry's
+        features followed by these."""
         with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
         yield Part(
@@ -71,7 +71,7 @@ class PIFuColor(nn.Module):
 
 
 class PIFuHD(nn.Module):
-    """PIFuHD: a coarse level that sees normals of front and back, and a fine one that sees the
+    """PIFuHD: a coarse level with normals of front and back as input, and a fine one with the
     picture at twice the size."""
 
     def __init__(self, path: str | Path) -> None:
@@ -92,8 +92,8 @@ class PIFuHD(nn.Module):
         layers = [index for index, width in enumerate(coarse.mlp.outputs) if width == wanted]
         if not layers or self.mlp.outputs[-1] != 1:
             raise InputError(
-                f"{path}: no layer of the coarse level gives the {wanted} numbers "
-                "that the fine level takes of it"
+                f"{path}: no layer of the coarse level has the {wanted} outputs "
+                "that the fine level needs"
             )
         self.merged = layers[-1]
         if coarse.image_filter.conv1.in_channels not in (
@@ -109,8 +109,8 @@ class PIFuHD(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Normals of front and back of a picture, coarse features of all three, fine ones at twice
-        the size, and points by both."""
+        """Yield the parts: normals of front and back of a picture, coarse features of all three,
+        fine ones at twice the size, and points by both."""
         net: Any = self.netG
         small, large = (3, pixels, pixels), (3, 2 * pixels, 2 * pixels)
         yield Part("front", net.netF, {"image": small})
@@ -148,7 +148,7 @@ class Part(NamedTuple):
 
 
 class _Occupancy(nn.Module):
-    """Chance (N,) that points lie in the person."""
+    """Probability (N,) that points lie in the person."""
 
     def __init__(self, layers: PointNetwork) -> None:
         super().__init__()
@@ -195,8 +195,8 @@ class _Fine(_Coarse):
 
 
 class _FineOccupancy(nn.Module):
-    """Chance (N,) that points lie in the person, by the fine level and the output of a layer of the
-    coarse one."""
+    """Probability (N,) that points lie in the person, by the fine level and the output of a layer
+    of the coarse one."""
 
     def __init__(self, first: PointNetwork, second: PointNetwork, merged: int) -> None:
         super().__init__()
@@ -210,7 +210,7 @@ class _FineOccupancy(nn.Module):
 
 
 def _seen_at(features: Tensor, points: Tensor) -> Tensor:
-    """Features (1, D, N) at points, and their depth."""
+    """Return features (1, D, N) at points, and their depth."""
     return torch.cat(
         [at_points(features, points[:, :2]), DEPTH_FACTOR * points[None, None, :, 2]], 1
     )
@@ -218,7 +218,7 @@ def _seen_at(features: Tensor, points: Tensor) -> Tensor:
 
 def _demand(path: str | Path, network: PointNetwork, inputs: int, outputs: int) -> None:
     if (network.inputs, network.outputs[-1]) != (inputs, outputs):
-        found = f"{network.inputs} numbers a point and give {network.outputs[-1]}"
+        found = f"{network.inputs} inputs and have {network.outputs[-1]} outputs"
         raise InputError(
             f"{path}: the layers for points take {found}; expected {inputs} and {outputs}"
         )

@@ -20,8 +20,8 @@ GROUPS = 32
 
 
 class ConvBlock(nn.Module):
-    """Three 3 x 3 convolutions, each after group norm and rectifier, side by side, added to the
-    input (Newell et al. 2016)."""
+    """Three 3 x 3 convolutions, each after group norm and rectifier; their concatenated outputs are
+    added to the input (Newell et al. 2016)."""
 
     def __init__(self, before: int, after: int) -> None:
         super().__init__()
@@ -40,7 +40,7 @@ class ConvBlock(nn.Module):
         )
 
     def forward(self, image: Tensor) -> Tensor:
-        """(1, before, H, W) to (1, after, H, W)."""
+        """Map (1, before, H, W) to (1, after, H, W)."""
         parts, value = [], image
         for index in (1, 2, 3):
             value = getattr(self, f"conv{index}")(
@@ -51,7 +51,7 @@ class ConvBlock(nn.Module):
 
 
 class Hourglass(nn.Module):
-    """Blocks at coarser and coarser sizes, each added to the result of the next coarser one."""
+    """Blocks at decreasing sizes, each added to the result of the next coarser one."""
 
     def __init__(self, depth: int, width: int) -> None:
         super().__init__()
@@ -61,7 +61,8 @@ class Hourglass(nn.Module):
                 self.add_module(f"{name}_{level}", ConvBlock(width, width))
 
     def forward(self, image: Tensor) -> Tensor:
-        """(1, width, H, W), its size a multiple of 2 to the power of `depth`."""
+        """Map (1, width, H, W), whose size is a multiple of 2 to the power of `depth`, to the same
+        shape."""
         return self._level(image, self.depth)
 
     def _level(self, image: Tensor, level: int) -> Tensor:
@@ -108,7 +109,7 @@ class HourglassFilter(nn.Module):
                 self.add_module(f"al{index}", nn.Conv2d(self.features, width, 1))
 
     def forward(self, image: Tensor) -> Tensor:
-        """Features (1, F, S / 4, S / 4), or S / 2 without `pool`, of the last hourglass."""
+        """Return features (1, F, S / 4, S / 4), or S / 2 without `pool`, of the last hourglass."""
         value = self.conv2(functional.relu(self.bn1(self.conv1(image))))
         value = self.conv4(self.conv3(functional.avg_pool2d(value, 2) if self.pool else value))
         for index in range(self.stacks):
@@ -125,10 +126,10 @@ class HourglassFilter(nn.Module):
 
 
 class PointNetwork(nn.Module):
-    """Linear layers on the features of points, some of which see the first input again.
+    """Linear layers on the features of points; some get the first input again.
 
-    PIFu's are called ``conv0..``, PIFuHD's ``filters.0..`` and ``norms.0..``; the layers that see
-    the input again are found by their widths.
+    PIFu's are called ``conv0..``, PIFuHD's ``filters.0..`` and ``norms.0..``; the layers that get
+    the input again are recognized by their widths.
     """
 
     def __init__(self, state: State) -> None:
@@ -145,7 +146,7 @@ class PointNetwork(nn.Module):
         ):
             raise InputError(
                 f"the checkpoint's layers for points are {inputs} to {outputs} wide; "
-                "expected each to take what the one before gives"
+                "expected the inputs of each to be the outputs of the previous one"
             )
         self.inputs, self.outputs = inputs[0], outputs
         layers = [
@@ -164,8 +165,8 @@ class PointNetwork(nn.Module):
             )
 
     def forward(self, features: Tensor, keep: int = -1) -> tuple[Tensor, Tensor]:
-        """Outputs (1, C, N) before any last non-linearity of features (1, D, N), and the output of
-        layer `keep`."""
+        """Return outputs (1, C, N) before the last non-linearity for features (1, D, N), and the
+        output of layer `keep`."""
         value, kept = features, features
         for index in range(len(self.outputs)):
             layer = getattr(self, f"conv{index}") if self.style == "conv" else self.filters[index]
@@ -257,14 +258,18 @@ class ResidualNetwork(nn.Module):
         self.features = channels(state, f"model.{all_of[-1]}.weight", 0) if doubled else width
 
     def forward(self, image: Tensor) -> Tensor:
-        """(1, C, S, S) to features at a quarter of the size, or to a picture of the same size."""
+        """Map (1, C, S, S) to features at a quarter of the size, or to a picture of the same
+        size."""
         out: Tensor = self.model(image)
         return out
 
 
 def at_points(features: Tensor, places: Tensor) -> Tensor:
-    """Features (1, F, N) of a map (1, F, H, W) at places (N, 2) in [-1, 1], x to the right, y down;
-    the outermost are the middles of pixels."""
+    """Sample a map (1, F, H, W) at places (N, 2) in [-1, 1], x to the right, y down: features (1,
+    F, N).
+
+    -1 and 1 are the centers of the outermost pixels.
+    """
     sampled: Tensor = functional.grid_sample(
         features, places[None, :, None], mode="bilinear", padding_mode="zeros", align_corners=True
     )

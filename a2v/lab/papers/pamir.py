@@ -2,9 +2,9 @@
 volume of a posed SMPL body.
 
 Implemented from the paper. Modules have the names of the published files (``pamir_net`` and
-``pamir_tex_net``), some of which hold unused layers. PaMIR's refinement of the body by its own
-field is not implemented. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z
-to the camera, which is 10 in front of the center and has a focal length of 5000 pixels.
+``pamir_tex_net``), some of which hold unused layers. `a2v.lab.papers.body_refinement` refines the
+body by this field. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z to the
+camera, which is 10 in front of the center and has a focal length of 5000 pixels.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ FOCAL = 5000.0
 
 
 class PamirGeometry(nn.Module):
-    """``pamir_net``: features of the picture and of the body's volume, and whether points lie in
-    the person."""
+    """``pamir_net``: features of the picture and of the body's volume, and the probability that
+    points lie in the person."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -46,8 +46,8 @@ class PamirGeometry(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture and of a volume (1, 3, 128, 128, 128), and the chance that points
-        lie in the person."""
+        """Yield the parts: features of a picture and of a volume (1, 3, 128, 128, 128), and the
+        probability that points lie in the person."""
         side = pixels // 4
         shapes = {"features": (self.hg.features, side, side), "volume": _volume_shape(self.ve)}
         yield Part("features", self.hg, {"image": (3, pixels, pixels)})
@@ -56,8 +56,8 @@ class PamirGeometry(nn.Module):
 
 
 class PamirTexture(nn.Module):
-    """``pamir_tex_net``: colors of points, and how much of the picture's own color they take; the
-    geometry's features stand last."""
+    """``pamir_tex_net``: colors of points, and the weight of the picture's own color; the
+    geometry's features come last."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -69,13 +69,13 @@ class PamirTexture(nn.Module):
         _demand(path, self.mlp, self.mlp.inputs, 4)
         if self.mlp.inputs <= self.cg.features + self.ve.features:
             raise InputError(
-                f"{path}: the layers for points take {self.mlp.inputs} numbers, no "
-                "more than the texture's own features"
+                f"{path}: the layers for points take {self.mlp.inputs} inputs; "
+                "expected more than the texture's own features"
             )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """The same, and sRGB colors (N, 3) in [0, 1] of points."""
+        """Yield the same parts, and sRGB colors (N, 3) in [0, 1] of points."""
         side = pixels // 4
         shapes = {
             "features": (self.mlp.inputs - self.ve.features, side, side),
@@ -95,13 +95,13 @@ def _volume_shape(network: _Volume) -> tuple[int, ...]:
 def _demand(path: str | Path, layers: _Points, inputs: int, outputs: int) -> None:
     if (layers.inputs, layers.outputs) != (inputs, outputs):
         raise InputError(
-            f"{path}: the layers for points take {layers.inputs} numbers and give "
-            f"{layers.outputs}; expected {inputs} and {outputs}"
+            f"{path}: the layers for points take {layers.inputs} inputs and have "
+            f"{layers.outputs} outputs; expected {inputs} and {outputs}"
         )
 
 
 class _Occupancy(nn.Module):
-    """Chance (N,)."""
+    """Probability (N,) that points lie in the person."""
 
     def __init__(self, layers: _Points) -> None:
         super().__init__()
@@ -113,7 +113,7 @@ class _Occupancy(nn.Module):
 
 
 class _Colors(nn.Module):
-    """sRGB (N, 3): a share of the picture's, the rest guessed."""
+    """sRGB (N, 3): a weighted mean of the picture's color and a predicted one."""
 
     def __init__(self, layers: _Points) -> None:
         super().__init__()
@@ -143,8 +143,11 @@ def _in_picture(features: Tensor, points: Tensor) -> Tensor:
 
 
 def in_volume(volume: Tensor, points: Tensor) -> Tensor:
-    """Features (1, F, N, 1) of a volume (1, F, D, H, W), its axes z, y and x, at points (N, 3):
-    trilinear, with the border's values outside."""
+    """Sample a volume (1, F, D, H, W), with axes z, y and x, trilinearly at points (N, 3): features
+    (1, F, N, 1).
+
+    Points outside get the value of the border.
+    """
     side = volume.shape[-1]
     cells = ((points + 0.5) * side - 0.5).clamp(0, side - 1)
     low = cells.floor().clamp(max=side - 2)
@@ -162,8 +165,8 @@ def in_volume(volume: Tensor, points: Tensor) -> Tensor:
 
 
 class _Points(nn.Module):
-    """Five layers on the features of points; all but the first and the last see them again, before
-    what the layer before gave."""
+    """Five layers on the features of points. All but the first and the last get these features
+    again, in front of the output of the previous layer."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
@@ -209,8 +212,8 @@ def _blocks(count: int, width: int) -> nn.Sequential:
 
 
 class _Hourglass(nn.Module):
-    """Blocks at half the size, within them the next hourglass, and beside them blocks at the size
-    itself."""
+    """Blocks at half the size with the next hourglass inside, and blocks at the full size beside
+    them."""
 
     def __init__(self, depth: int, count: int, width: int) -> None:
         super().__init__()
@@ -276,8 +279,8 @@ class _Hourglasses(nn.Module):
 
 
 class _Wide(nn.Module):
-    """Two convolutions with norms, added to the input; the file holds a norm and a third
-    convolution that nothing runs."""
+    """Two convolutions with norms, added to the input. The file also has an unused norm and a third
+    convolution."""
 
     def __init__(
         self, width: int, groups: int, kind: type[nn.Conv2d] | type[nn.Conv3d], dilation: int
@@ -323,8 +326,8 @@ class _Volume(nn.Module):
 
 
 class _Encoder(nn.Module):
-    """Features of a picture at a quarter of its size, whose first convolution runs around its
-    borders."""
+    """Features of a picture at a quarter of its size; the first convolution pads by the picture's
+    opposite border."""
 
     def __init__(self, state: State) -> None:
         super().__init__()

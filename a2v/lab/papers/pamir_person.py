@@ -3,6 +3,8 @@ volume, and their outputs: occupancy and colors of points."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from a2v.body import load_body_model
@@ -18,9 +20,9 @@ PIXELS = 512
 VOXELS = 128
 """Side of the body's volume, voxels."""
 FILL = 0.8
-"""The person's longer side as a share of the picture's, as the published pictures have it."""
+"""The person's longer side as a fraction of the picture's, as in the published pictures."""
 UNIT = 500.0
-"""Pixels that one unit of the cube is long at its middle: the focal length over the distance."""
+"""Pixels per unit of the cube at its middle: the focal length over the distance."""
 DISTANCE = 10.0
 SIGMA = 0.05
 """Radius of a vertex's influence on voxels, units."""
@@ -40,6 +42,11 @@ class PamirPerson:
     smpl : str
         SMPL's own file: its template names the places on the body.
 
+    Attributes
+    ----------
+    scale : float
+        Pixels per meter of the networks' picture.
+
     Raises
     ------
     InputError
@@ -58,33 +65,42 @@ class PamirPerson:
     ) -> None:
         if body.model != "smpl":
             raise InputError(
-                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give "
+                f"PaMIR needs SMPL's body, but this one is {body.model}'s; give "
                 "SMPL's .npz file with --fit.model"
             )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
         self._camera, self._middle = frame.camera, float(np.mean(body.vertices[:, 2]))
+        self.scale = frame.camera.scale
         opacity = frame.mask[..., None]
         picture = frame.image.astype(np.float32) / 255 * opacity + (1 - opacity)
         self._image = np.ascontiguousarray(picture.transpose(2, 0, 1)[None], np.float32)
-        self._body = body_volume(
-            self.place(body.vertices), body.faces, _names(smpl, len(body.vertices))
-        )[None]
+        self._faces, self._names = body.faces, _names(smpl, len(body.vertices))
+        self._see(body.vertices)
         self._texture, self._geometry = texture, Converted("pamir", geometry, PIXELS)
         self._maps = self._seen(self._geometry)
 
+    def field_of(self, vertices: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """See the body at the vertices (V, 3), meters, from now on; returns `occupancy`."""
+        self._see(vertices)
+        self._maps["volume"] = self._geometry.run("volume", body=self._body)
+        return self.occupancy
+
+    def _see(self, vertices: FloatArray) -> None:
+        self._body = body_volume(self.place(vertices), self._faces, self._names)[None]
+
     def occupancy(self, points: FloatArray) -> FloatArray:
-        """Chance (N,) that points (N, 3), meters, lie in the person."""
+        """Return the probability (N,) that points (N, 3), meters, lie in the person."""
         return self._geometry.at(self.place(points), **self._maps)
 
     def colors(self, points: FloatArray) -> FloatArray:
-        """sRGB (N, 3) in [0, 1] of points (N, 3), meters."""
+        """Return sRGB (N, 3) in [0, 1] of points (N, 3), meters."""
         network = Converted("pamir-texture", self._texture, PIXELS)
         maps = self._seen(network)
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
         if maps["features"].shape[1] != network.features:
             raise InputError(
-                f"{self._texture} takes {network.features} features; with the "
-                f"geometry's there are {maps['features'].shape[1]}"
+                f"{self._texture} needs {network.features} features; together with "
+                f"the geometry's network it has {maps['features'].shape[1]}"
             )
         found: FloatArray = np.clip(
             network.at(self.place(points), image=self._image, **maps), 0, 1
@@ -92,8 +108,8 @@ class PamirPerson:
         return found
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), meters, in the networks' cube; their perspective camera then shows them at
-        the same pixels as our orthographic one."""
+        """Map points (N, 3), meters, to the networks' cube. The networks' perspective camera
+        projects them to the same pixels as our orthographic one."""
         pixels = self._camera.project(np.asarray(points, np.float64))
         depth = (points[:, 2] - self._middle) * self._camera.scale / UNIT
         flat = (pixels - PIXELS / 2) / UNIT * (1 - depth[:, None] / DISTANCE)
@@ -107,7 +123,7 @@ class PamirPerson:
 
 
 def _names(smpl: str, count: int) -> FloatArray:
-    """Return the codes (V, 3) of the vertices: their places in the template's box, in [0, 1]."""
+    """Return the codes (V, 3) of the vertices: their positions in the template's box, in [0, 1]."""
     from a2v.body import make_body
 
     template = make_body(load_body_model(smpl)).vertices

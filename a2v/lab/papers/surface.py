@@ -1,4 +1,4 @@
-"""A person's surface by the papers' own networks, from the user's checkpoints."""
+"""A person's surface from the papers' own networks and the user's checkpoints."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from functools import partial
 
 import numpy as np
 
+from a2v.body import load_body_model
 from a2v.errors import InputError
 from a2v.geometry.visibility import person_box, silhouette_iou
+from a2v.lab.papers.body_refinement import Pixels, RefinementSettings, refine_body
 from a2v.lab.papers.converted import Converted
 from a2v.lab.papers.pamir_person import PamirPerson
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
@@ -36,7 +38,7 @@ STEEPNESS = 0.06
 
 @dataclass(frozen=True)
 class PapersSettings:
-    """The checkpoints, and how the field becomes a surface.
+    """The checkpoints, and settings of the extraction of a surface.
 
     With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which
     needs `pifu_geometry`, unseen colors are PIFu's; without it, the front is mirrored. PaMIR cannot
@@ -48,14 +50,17 @@ class PapersSettings:
         Files; "" for none.
     smpl : str
         SMPL's file, with which the body was fitted: PaMIR needs it.
+    pamir_refine : int
+        Steps in which PaMIR's field refines the pose of the body that its networks see; 0 for none.
     pixels : int
-        Side of the picture that PIFu and PIFuHD's coarse level see; the fine one sees twice that.
+        Side of the input picture of PIFu and PIFuHD's coarse level; that of the fine level is twice
+        as large.
     resolution : int
         Cells of the finest grid over the person's longer side.
     vertices : int
-        Vertices to aim at, at least 25,000.
+        Target number of vertices, at least 25,000.
     digest : str
-        Of the files; "" for any.
+        Required digest of the files; "" for any.
     """
 
     pifuhd: str = ""
@@ -64,6 +69,7 @@ class PapersSettings:
     pamir_geometry: str = ""
     pamir_texture: str = ""
     smpl: str = ""
+    pamir_refine: int = 0
     pixels: int = 512
     resolution: int = 256
     vertices: int = 36_000
@@ -73,6 +79,8 @@ class PapersSettings:
         self.extraction  # noqa: B018  checks resolution and vertices
         if self.pixels < 64 or self.pixels % 32:
             raise InputError(f"pixels is {self.pixels}; expected a multiple of 32 from 64 on")
+        if self.pamir_refine < 0:
+            raise InputError(f"pamir_refine is {self.pamir_refine}; expected 0 or more steps")
 
     @property
     def extraction(self) -> ExtractionSettings:
@@ -100,12 +108,12 @@ class PapersSettings:
             if getattr(self, color) and not getattr(self, shape):
                 names = [name.replace("_", "-") for name in (color, shape)]
                 raise InputError(
-                    f"--{names[0]} needs --{names[1]} FILE too: colors see the geometry's features"
+                    f"--{names[0]} needs --{names[1]} FILE too: colors use the geometry's features"
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
-                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare "
-                "them by --methods of a2v compare, one by one"
+                "--pamir-geometry excludes --pifuhd and --pifu-geometry; compare the methods "
+                "with --methods of a2v compare"
             )
         if self.pamir_geometry and not self.smpl:
             raise InputError(
@@ -138,7 +146,7 @@ class PapersSettings:
         *,
         progress: Progress | None = None,
     ) -> Reconstruction:
-        """The person's surface by these checkpoints; see `papers_surface`."""
+        """Reconstruct the person's surface with these checkpoints; see `papers_surface`."""
         shape, expected = papers_surface(subject, body, camera, settings=self, progress=progress)
         return Reconstruction(surface=shape, backend="papers", expected_colors=expected)
 
@@ -208,8 +216,8 @@ def papers_surface(
 def _networks(
     subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings
 ) -> tuple[str, OfPoints, OfPoints | None]:
-    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and colors
-    (N, 3) of points, if available."""
+    """Return the chosen network's name, its probability (N,) that points, meters, lie in the
+    person, and colors (N, 3) of points, if available."""
     if settings.pamir_geometry:
         seen = PamirPerson(
             subject,
@@ -219,6 +227,12 @@ def _networks(
             texture=settings.pamir_texture,
             smpl=settings.smpl,
         )
+        if settings.pamir_refine:
+            pixels = Pixels(subject.keypoints[:, :2], subject.keypoints[:, 2], camera, seen.scale)
+            chosen = RefinementSettings(iterations=settings.pamir_refine)
+            model = load_body_model(settings.smpl)
+            refined = refine_body(model, body, seen.field_of, pixels=pixels, settings=chosen)
+            seen.field_of(refined.body.vertices)
         return "pamir", seen.occupancy, seen.colors if settings.pamir_texture else None
     place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
     colors = partial(_colors, place, settings) if settings.pifu_color else None
@@ -226,8 +240,8 @@ def _networks(
 
 
 class _Placement:
-    """Return the place of the networks' cube [-1, 1]: the square around the person, as deep as it
-    is wide, around the body's mean depth."""
+    """Position of the networks' cube [-1, 1]: the square around the person, as deep as it is wide,
+    around the body's mean depth."""
 
     def __init__(
         self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int
@@ -241,7 +255,7 @@ class _Placement:
         return np.ascontiguousarray(values.transpose(2, 0, 1)[None], np.float32)
 
     def points(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), meters, in the cube: x right, y down, z to the camera."""
+        """Map points (N, 3), meters, to the cube: x right, y down, z to the camera."""
         camera = self._frame(self.pixels).camera
         places = camera.project(points) / (self.pixels / 2) - 1
         depth = (points[:, 2] - self._depth) * camera.scale / (self.pixels / 2)
@@ -257,7 +271,7 @@ class _Placement:
 
 
 def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
-    """The chance that points, meters, lie in the person, by the chosen network."""
+    """Return the probability that points, meters, lie in the person, by the chosen network."""
     if settings.pifuhd:
         network = Converted("pifuhd", settings.pifuhd, settings.pixels)
         image = {"image": place.image(settings.pixels)}
@@ -274,7 +288,7 @@ def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
 
 
 def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -> FloatArray:
-    """PIFu's colors (V, 3) of vertices (V, 3)."""
+    """Return PIFu's colors (V, 3) of vertices (V, 3)."""
     image = place.image(settings.pixels)
     geometry = Converted("geometry", settings.pifu_geometry, settings.pixels).run(
         "features", image=image
@@ -283,8 +297,8 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
     features = np.concatenate([geometry, network.run("features", image=image)], axis=1)
     if features.shape[1] != network.features:
         raise InputError(
-            f"{settings.pifu_color}: the layers for points take {network.features} features; "
-            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: "
+            f"{settings.pifu_color}: the layers for points need {network.features} features; "
+            f"together with {settings.pifu_geometry} it has {features.shape[1]}: "
             "the two do not belong together"
         )
     return np.clip(network.at(place.points(vertices), features=features), 0, 1).astype(np.float32)

@@ -1,16 +1,15 @@
-"""Synthetic people and photographs of them: what the reconstruction learns from, and is measured
-with.
+"""Synthetic people and photographs of them, to train and to measure the reconstruction.
 
 The people: `avatars` (rigged and textured; `avatar_files` reads them), `posing` (poses),
 `variation` (builds, clothes, splits) and `solid` (inside and outside of their open meshes). `guide`
-is the body that a fit would have found in a photo, `guide_errors` what fits get wrong.
+is the body that a fit would find in a photo, `guide_errors` the errors of fits.
 
-Two ways to photograph them. `portrait` path traces a posed person in seconds:
+There are two ways to photograph them. `portrait` path traces a posed person in seconds:
 ``take_portrait(load_avatar(path).surface(a_pose()))``. The fast studio (``a2v studio``) casts rays,
-about one view a second: `settings` say what is drawn, `stand` puts somebody before a camera,
-`scene` draws a person with pose, camera and guide, `things` are around them, `lighting` has lights,
-backgrounds and the sensor, `photograph` uses them, `texture` and `samples` ask the scene for the
-truth, `studio` makes a `View` (`view`) of all that, and `dataset` fills a folder with views.
+about one view per second. Its modules: `settings` (what is drawn), `stand` (a person in front of a
+camera), `scene` (person, pose, camera and guide), `things` (objects around the person), `lighting`
+(lights, backgrounds, sensor), `photograph` (the photo), `texture` and `samples` (ground truth of
+the scene), `studio` (makes a `View` of `view`), and `dataset` (fills a folder with views).
 """
 
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar

@@ -1,8 +1,8 @@
-"""Reading the VALID avatars.
+"""Reading of the VALID avatars.
 
 The files are glTF 2.0 with one or more skinned meshes (body, eyes, hair) that share one skeleton. A
 vertex of a skinned mesh is ``sum_k w_k * joint_k * inverse_bind_k * v``; the node of the mesh
-itself does not count (glTF 2.0, section 3.7.3.3).
+itself is ignored (glTF 2.0, section 3.7.3.3).
 """
 
 from __future__ import annotations
@@ -24,23 +24,24 @@ from a2v.lab.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray
 
 MAX_VERTICES = 400_000
-"""Of all meshes together, and their triangles; VALID's avatars have 36,000 at most."""
+"""Largest number of vertices of all meshes together, and of their triangles. VALID's avatars have
+at most 36,000."""
 MAX_PARTS = 256
-"""Skinned meshes, skins and materials."""
+"""Largest number of skinned meshes, of skins and of materials."""
 MAX_TEXELS = 4096 * 4096
-"""Of all materials' pictures together."""
+"""Largest number of texels of all materials' pictures together."""
 _GUTTER = (
     8  # pixels repeated around each tile of the atlas, so that filtering never mixes two materials
 )
 
 
 def list_avatars(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """The ``.glb`` files of a folder, sorted by name.
+    """List the ``.glb`` files of a folder, sorted by name.
 
     Raises
     ------
     InputError
-        The folder holds none.
+        The folder contains none.
     """
     found = tuple(sorted(Path(folder).glob("*.glb")))
     if not found:
@@ -57,7 +58,7 @@ def load_avatar(path: str | os.PathLike[str]) -> Avatar:
     Raises
     ------
     InputError
-        The file is no binary glTF 2.0 with a skinned, textured mesh, or is broken; the message
+        The file is not a binary glTF 2.0 with a skinned, textured mesh, or is broken. The message
         names it.
     """
     gltf = read_glb(path)
@@ -66,13 +67,13 @@ def load_avatar(path: str | os.PathLike[str]) -> Avatar:
     except InputError as error:
         message = str(error)
         raise error if str(gltf.path) in message else gltf.fail(message) from None
-    except Exception as error:  # whatever a file that means something else leads to
+    except Exception as error:  # any error that a file of another meaning causes
         raise gltf.fail(f"is malformed ({type(error).__name__}: {shorten(error)})") from error
 
 
 @dataclass
 class _Merged:
-    """What `_read_avatar` collects, one entry a primitive."""
+    """What `_read_avatar` collects, with one entry per primitive."""
 
     influences: list[np.ndarray] = dataclasses.field(default_factory=list)
     weights: list[np.ndarray] = dataclasses.field(default_factory=list)
@@ -143,8 +144,8 @@ def _read_avatar(gltf: Gltf) -> Avatar:
 
 
 def _joint_order(gltf: Gltf, node_parents: list[int]) -> tuple[list[int], list[int]]:
-    """Nodes that any skin uses, parents first, and each one's parent among them (-1 for the
-    root)."""
+    """Return the nodes that any skin uses, parents first, and each one's parent among them (-1 for
+    the root)."""
     used = {joint for skin in gltf.items("skins") for joint in gltf.joints(skin)}
     if len(used) > MAX_JOINTS:
         raise gltf.fail(f"has {len(used)} joints; expected at most {MAX_JOINTS}")
@@ -232,8 +233,8 @@ def _add_primitive(
 
 
 def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
-    """Textures of all materials side by side, and each material's tile (left, bottom, width,
-    height) in uv."""
+    """Pack the materials' textures into an atlas, and return each material's tile (left, bottom,
+    width, height) in uv."""
     images = []
     for material in gltf.items("materials"):
         shading = material.get("pbrMetallicRoughness", {})
@@ -247,8 +248,8 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
             )
         else:
             image = np.ones((16, 16, 3))
-        # factors are linear: multiplying sRGB by their sRGB value is exact for a pure power law,
-        # and for factor 1
+        # Factors are linear. Multiplying sRGB by their sRGB value is exact for a pure power law,
+        # and for factor 1.
         images.append(np.rint(255 * image * factor ** (1 / 2.2)).astype(np.uint8))
         if sum(image.shape[0] * image.shape[1] for image in images) > MAX_TEXELS:
             raise gltf.fail(f"has textures of more than {MAX_TEXELS >> 20} million pixels together")
@@ -258,8 +259,11 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
 
 
 def pack_atlas(images: Sequence[ByteArray]) -> tuple[ByteArray, np.ndarray]:
-    """Pictures (h, w, 3) side by side, and each one's tile (left, bottom, width, height) in uv;
-    their edges are carried on around them."""
+    """Pack pictures (h, w, 3) side by side, and return each one's tile (left, bottom, width,
+    height) in uv.
+
+    Their border pixels are repeated around them.
+    """
     height = max(image.shape[0] for image in images)
     padded, tiles, left = [], [], 0
     for image in images:

@@ -1,5 +1,5 @@
-"""Posable, textured people in a2v's axes: what the studios photograph. They stand in T-pose, y up,
-facing +z, in meters."""
+"""Posable, textured people in a2v's axes for the studios. They stand in T-pose, y up, facing +z, in
+meters."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ _PART_OF_BONE = {
 
 
 def avatar_part(bone: str) -> str:
-    """The body part, one of `a2v.body.PARTS`, that the bone of that name of the avatars' rig
-    moves."""
+    """Return the body part, one of `a2v.body.PARTS`, that a bone of the avatars' rig moves."""
     stem = bone.split("_")[0]
     for side in ("Left", "Right"):
         rest = stem.removeprefix(side)
@@ -52,9 +51,9 @@ class Avatar(Record):
     name : str
         File name without suffix.
     influences : (V, 4, 3) float32
-        Position of each vertex, meters, as each of its four bones places it in the rest pose; the
-        rest vertex is their mean weighted by `weights`. (Where a file's rest pose is its bind pose
-        all four agree.)
+        Position of each vertex in the rest pose, meters, by each of its four bones. The rest vertex
+        is their mean weighted by `weights`. (If a file's rest pose is its bind pose, all four are
+        equal.)
     weights : (V, 4) float32
         Skinning weights, rows sum to 1.
     bones : (V, 4) int32
@@ -76,7 +75,7 @@ class Avatar(Record):
     bone_parents : (B,) int32
         Parents first, -1 for the root.
     rest_transforms : (B, 4, 4) float32
-        World from bone in the rest pose, rigid (the files' scale is taken out).
+        World from bone in the rest pose, rigid (without the files' scale).
     parts : (V,) int8
         Body part of each vertex (its heaviest bone's), an index into `a2v.body.PARTS`.
     """
@@ -113,19 +112,19 @@ class Avatar(Record):
     def bone_transforms(
         self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None
     ) -> FloatArray:
-        """World from bone (B, 4, 4) float32 after turning joints.
+        """Return the transforms (B, 4, 4) float32, world from bone, after turning joints.
 
         Parameters
         ----------
         rotations : mapping of bone name to (3,) rotation vector, radians
-            How each bone (with all that hangs on it) turns about its joint, **in the world's axes
+            Rotation of each bone (with all bones below it) about its joint, **in the world's axes
             of the rest pose**: ``{"LeftArm": (0, 0, -pi / 2)}`` lowers the left arm of the T-pose
             to the side, and a rotation of ``LeftForeArm`` moves along with it.
 
         Raises
         ------
         InputError
-            A name is no bone of this avatar.
+            A name is not a bone of this avatar.
         """
         given = {} if rotations is None else rotations
         if unknown := [name for name in given if name not in self.bone_names]:
@@ -154,8 +153,8 @@ class Avatar(Record):
         return posed.astype(np.float32)
 
     def skin(self, bone_transforms: FloatArray) -> FloatArray:
-        """Vertices (V, 3) float32, meters, for world-from-bone transforms (B, 4, 4): linear blend
-        skinning."""
+        """Skin the vertices (V, 3) float32, meters, by world-from-bone transforms (B, 4, 4): linear
+        blend skinning."""
         moves = bone_transforms.astype(np.float64) @ np.linalg.inv(
             self.rest_transforms.astype(np.float64)
         )
@@ -167,7 +166,7 @@ class Avatar(Record):
         *,
         ground: bool = True,
     ) -> Surface:
-        """The posed person as a textured mesh.
+        """Return the posed person as a textured mesh.
 
         Parameters
         ----------
@@ -191,7 +190,8 @@ class Avatar(Record):
         )
 
     def vertex_colors(self) -> FloatArray:
-        """The texture at each vertex (nearest texel of one of its corners), sRGB in [0, 1]."""
+        """Return the texture's color at each vertex (nearest texel of one of its corners), sRGB in
+        [0, 1]."""
         height, width = self.texture.shape[:2]
         columns = np.clip((self.uv[..., 0] * width).astype(int), 0, width - 1)
         rows = np.clip(((1 - self.uv[..., 1]) * height).astype(int), 0, height - 1)
@@ -207,7 +207,7 @@ def linear_blend(
 
     Parameters
     ----------
-    points : (V, 3), or (V, K, 3) where each bone places the vertex elsewhere at rest
+    points : (V, 3), or (V, K, 3) if each bone has its own rest position of the vertex
     weights : (V, K), rows sum to 1
     bones : (V, K) int
     moves : (B, 4, 4)
@@ -226,14 +226,14 @@ def linear_blend(
 def a_pose(
     *, arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0
 ) -> dict[str, tuple[float, float, float]]:
-    """A relaxed standing pose for `Avatar.bone_transforms`.
+    """Return a relaxed standing pose for `Avatar.bone_transforms`.
 
     Parameters
     ----------
     arms : float
         Angle between the upper arms and the body's vertical, degrees (90: T-pose).
     feet : float
-        How far each leg is spread, degrees; the soles stay level.
+        Spread of each leg, degrees; the soles stay level.
     elbows, fingers : float
         Bend of the elbows (forward) and of each finger joint, degrees.
 
@@ -244,7 +244,8 @@ def a_pose(
     drop, spread, bend, curl = np.radians([90.0 - arms, feet, elbows, fingers])
     pose: dict[str, tuple[float, float, float]] = {}
     for side, sign in (("Left", 1.0), ("Right", -1.0)):
-        # the collar bone takes a part of the way, as in people: the shoulders don't look shrugged
+        # the collarbone takes a part of the rotation, as in people, so that the shoulders are not
+        # shrugged
         pose[f"{side}Shoulder"] = (0.0, 0.0, -sign * 0.15 * drop)
         pose[f"{side}Arm"] = (0.0, 0.0, -sign * 0.85 * drop)
         pose[f"{side}ForeArm"] = (0.0, -sign * bend, 0.0)

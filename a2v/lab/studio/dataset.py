@@ -1,4 +1,5 @@
-"""Data sets of views: writing them by several processes, their index, and resuming."""
+"""Folders of views: several processes write them, with an index; an interrupted run can be
+resumed."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ OLDER: Mapping[str, object] = MappingProxyType(
         "backgrounds": "",
     }
 )
-"""Settings that folders from before them lack, as these were made."""
+"""Values of settings that older folders do not list: those with which they were made."""
 
 
 def write_views(
@@ -39,37 +40,39 @@ def write_views(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> float:
-    """Fill a data set's folder with views; those that are there already are kept.
+    """Fill a data set's folder with views; existing ones are kept.
 
     Parameters
     ----------
     folder : path
-        ``views/<split>/000123.npz`` each, ``index.json``, ``guide.npz``, ``poses.npz``.
+        Gets ``views/<split>/000123.npz`` for each view, ``index.json``, ``guide.npz``,
+        ``poses.npz``.
     data : path
         Folder with ``avatars/`` and the motion data.
     counts : mapping of split to int
-        Views in all of each split.
+        Total number of views of each split.
     settings : StudioSettings
     workers : int
-        Processes, each on one core.
+        Number of processes, each on one core.
     progress : Progress, optional
-        Over new views; at the first time the guides of the folder are made before.
+        Counts new views. In a new folder the guides are made first.
 
     Returns
     -------
     float
-        Views a second, 0 where there was nothing left to do.
+        Views per second, 0 if there was nothing left to do.
 
     Raises
     ------
     InputError
-        An unknown split, bad numbers, or a folder that other settings made.
+        An unknown split, invalid numbers, or a folder made with other settings.
     """
     settings = settings or StudioSettings()
     folder = Path(folder)
     check_counts(counts, workers)
     keep_index(folder, settings, VERSION, older=OLDER)
-    _open_studio(str(folder), str(data), settings)  # makes poses and guides, before workers do
+    # makes poses and guides, before the workers start
+    _open_studio(str(folder), str(data), settings)
     todo = [
         (split, index)
         for split, count in counts.items()
@@ -78,7 +81,7 @@ def write_views(
     ]
     started = time.perf_counter()
     write = partial(_write, str(folder), str(data), settings)
-    # blocks of one avatar stay together
+    # views of one avatar are made together
     for done, _ in enumerate(work_through(write, todo, workers, together=settings.same_avatar), 1):
         if progress:
             progress(done, len(todo))
@@ -87,7 +90,7 @@ def write_views(
 
 @lru_cache(maxsize=1)
 def _open_studio(folder: str, data: str, settings: StudioSettings) -> Studio:
-    """The studio of a process, opened once."""
+    """Return the studio of a process, opened once."""
     return Studio.open(folder, data, settings)
 
 

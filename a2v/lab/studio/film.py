@@ -1,5 +1,5 @@
-"""Studio films: an avatar that moves as recorded people do, before a camera that stands, turns or
-is held in a hand, with the truth."""
+"""Studio films: an avatar with the motion of recorded people, filmed by a fixed, panning or
+hand-held camera, with ground truth."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from a2v.lab.studio.solid import smooth_normals, weld
 from a2v.types import ByteArray, FloatArray, IntArray, Motion
 
 CAMERAS = ("still", "pan", "hand")
-"""A tripod; one whose head turns after the person; one in a hand, which turns, shakes and
-drifts."""
+"""Kinds of camera: on a tripod; on a tripod whose head turns with the person; hand-held, which
+turns, shakes and drifts."""
 JOINTS: dict[str, str] = {
     "head": "Head",
     **{
@@ -36,14 +36,14 @@ JOINTS: dict[str, str] = {
         }.items()
     },
 }
-"""Joints of the truth, and the avatar's bones whose heads they are."""
+"""Joints of the ground truth, and the avatar's bones whose heads they are."""
 _ROOM = 7.0
-"""Meters from the middle of the room to its walls."""
+"""Distance from the middle of the room to its walls, meters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilmSettings:
-    """How a studio film is shot.
+    """Settings of a studio film.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class FilmSettings:
     width, height : int
         Size of a frame, pixels.
     lens : float
-        Focal length as for 35 mm film, millimeters.
+        Focal length, 35 mm equivalent, millimeters.
     yaw : float
         Direction from which the camera sees the person in the first frame, degrees; 0 is the front.
     distance, held : float
@@ -77,8 +77,8 @@ class FilmSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath:
-    """Where the camera is (T, 3), meters, and its axes (T, 3, 3) in the world, a row each: right,
-    up, ahead; `focal` in pixels."""
+    """Positions of the camera (T, 3), meters, and its axes (T, 3, 3) in the world, one per row:
+    right, up, ahead; `focal` is in pixels."""
 
     places: FloatArray
     axes: FloatArray
@@ -87,7 +87,7 @@ class CameraPath:
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """A person in motion before a camera.
+    """A moving person in front of a camera.
 
     Attributes
     ----------
@@ -107,14 +107,14 @@ class Film:
 
     @property
     def joints(self) -> dict[str, FloatArray]:
-        """`JOINTS` (T, 3) in the world."""
+        """Positions (T, 3) of `JOINTS` in the world."""
         return {
             name: self.transforms[:, self.avatar.bone_names.index(bone), :3, 3].astype(np.float64)
             for name, bone in JOINTS.items()
         }
 
     def frames(self) -> Iterator[ByteArray]:
-        """Pictures (H, W, 3) uint8."""
+        """Yield pictures (H, W, 3) uint8."""
         room = _Room(self.settings.seed)
         places = weld(self.avatar.skin(self.avatar.rest_transforms))
         noise = np.random.default_rng([self.settings.seed, 3])
@@ -125,7 +125,7 @@ class Film:
 
 
 def shoot(avatar: Avatar, motion: Motion, settings: FilmSettings) -> Film:
-    """Put a motion on an avatar and a camera before it.
+    """Retarget a motion to an avatar, and place a camera in front of it.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def shoot(avatar: Avatar, motion: Motion, settings: FilmSettings) -> Film:
 
 
 def camera_path(hips: FloatArray, fps: float, settings: FilmSettings) -> CameraPath:
-    """A camera that sees hips (T, 3) all along."""
+    """Return a camera path that keeps hips (T, 3) in view."""
     count = len(hips)
     draw = np.random.default_rng([settings.seed, 1])
     flat = hips * [1.0, 0.0, 1.0]
@@ -194,7 +194,7 @@ def camera_path(hips: FloatArray, fps: float, settings: FilmSettings) -> CameraP
 
 
 class _Room:
-    """Floor and walls with something to see on them, and a lamp."""
+    """Floor and walls with pictures on them, and a lamp."""
 
     def __init__(self, seed: int) -> None:
         draw = np.random.default_rng([seed, 2])
@@ -220,8 +220,8 @@ class _Room:
         self.ambient = float(draw.uniform(0.35, 0.55))
 
     def shade(self, places: FloatArray, rays: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Colors (n, 3) of the room along rays (n, 3) from `places` (n, 3), and which of them meet
-        the floor, where: (n, 3), NaN for others."""
+        """Return colors (n, 3) of the room along rays (n, 3) from `places` (n, 3), and their hits
+        on the floor (n, 3), NaN for others."""
         with np.errstate(divide="ignore", invalid="ignore"):
             down = np.where(rays[:, 1] < -1e-6, -places[:, 1] / rays[:, 1], np.inf)
             walls = np.where(
@@ -245,7 +245,7 @@ class _Room:
 
 
 def _texture(draw: np.random.Generator, size: int) -> FloatArray:
-    """A mottled texture (size, size, 3) that tiles."""
+    """Return a mottled texture (size, size, 3) that tiles."""
     base = draw.uniform(70, 190, 3)
     out = np.zeros((size, size, 3), np.float32) + base
     for octave in (4, 16, 64, 128):
@@ -264,7 +264,7 @@ def _look_up(texture: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
-    """A picture (H, W, 3) float, 0 to 255."""
+    """Render a picture (H, W, 3) float, 0 to 255."""
     s, path, avatar = film.settings, film.path, film.avatar
     u, v = np.meshgrid(
         np.arange(s.width) + 0.5 - s.width / 2, np.arange(s.height) + 0.5 - s.height / 2
@@ -307,8 +307,8 @@ def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
 
 
 def _skin_colors(avatar: Avatar, faces: IntArray, uv: FloatArray) -> FloatArray:
-    """Colors (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric
-    coordinates (n, 2)."""
+    """Return the texture's colors (n, 3), 0 to 255, where rays met faces (n,) at Embree's
+    barycentric coordinates (n, 2)."""
     corners = avatar.uv[faces]
     spot = (
         (1 - uv.sum(axis=1, keepdims=True)) * corners[:, 0]

@@ -20,7 +20,7 @@ from a2v.lab.studio.posing import (
 
 
 class MotionFrames:
-    """The clips of CMU and HumanAct12, all of their frames as poses.
+    """All frames of the clips of CMU and HumanAct12 as poses.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class MotionFrames:
     Raises
     ------
     InputError
-        Neither data set is there.
+        Neither data set exists.
     """
 
     def __init__(self, data: str | os.PathLike[str]) -> None:
@@ -50,12 +50,15 @@ class MotionFrames:
 
     @property
     def count(self) -> int:
-        """Frames in all."""
+        """Total number of frames."""
         return int(sum(lengths.sum() for lengths in self._lengths))
 
     def draw(self, avatar: Avatar, generator: np.random.Generator) -> tuple[Pose, str]:
-        """A frame on the avatar's rig, and what is done in it: the data sets alike, and of one
-        every frame alike; hands open to fists."""
+        """Draw a frame on the avatar's rig; returns its pose and action.
+
+        Both data sets are equally likely, and all frames of one are. Hands are between open and a
+        fist.
+        """
         from a2v.animation.life import STILL
         from a2v.animation.retarget import RetargetSettings, retarget
 
@@ -71,5 +74,5 @@ class MotionFrames:
         pose = {name: local[avatar.bone_names.index(name)] for name in POSED_BONES}
         pose["Hips"] = without_heading(
             pose["Hips"]
-        )  # which way a person faces is drawn anew for every photograph
+        )  # a person's heading is drawn separately for every photograph
         return pose | curled_fingers(generator), motion.action

@@ -1,5 +1,5 @@
-"""The guide: the body that `a2v.body.fit_body` would have found in a photo, imitated by a bound
-body and the errors of real fits."""
+"""The guide: an imitation of the body that `a2v.body.fit_body` would find in a photo, made of a
+bound body and the errors of real fits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Guide(Record):
         In the T-pose of the rig, meters.
     faces : (F, 3) int32
     weights : (G, 4) float32, bones : (G, 4) int32
-        Skinning weights, and what bones of `bone_names` they are of.
+        Skinning weights, and their bones, indices into `bone_names`.
     bone_names : tuple of str
     heads : (B, 3) float32
         Heads of the bones in the T-pose.
@@ -43,7 +43,7 @@ class Guide(Record):
     landmarks : (33, 3) float32
         The body's BlazePose landmarks in the T-pose, meters.
     landmark_bones : (33,) int32
-        What bone of `bone_names` carries each.
+        Bone of each landmark, an index into `bone_names`.
     """
 
     vertices: FloatArray
@@ -71,15 +71,16 @@ class Guide(Record):
             self._check(name, shape, sizes)
 
     def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
-        """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone
-        `transforms` (B, 4, 4) of the built avatar.
+        """Pose the guide on the rig of another avatar with a build; returns vertices (G, 3)
+        float32.
 
-        `avatar` is the one without the build.
+        `avatar` is the avatar without the build. `transforms` (B, 4, 4) are world from bone, of the
+        avatar with the build.
         """
         return self._carried(self.vertices, self.weights, self.bones, avatar, build, transforms)
 
     def posed_landmarks(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
-        """Landmarks (33, 3) float32; see `posed`."""
+        """Return landmarks (33, 3) float32 in that pose; see `posed`."""
         return self._carried(
             self.landmarks,
             np.ones((33, 1)),
@@ -116,7 +117,7 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
     """Fit the default body to an avatar's surface in A-pose (`a2v.body.fit_body`), and bind its
     outer skin to the avatar's rig.
 
-    Takes about a quarter of a minute with the default `settings` of the fit.
+    It takes about 15 seconds with the default `settings` of the fit.
     """
     from a2v.animation.bind import bind
     from a2v.body import fit_body
@@ -180,11 +181,11 @@ CARRIERS = {
     "heel": "Foot",
     "foot_index": "ToeBase",
 }
-"""Bones of the avatars (without their side) that carry landmarks; the head has the others."""
+"""Bones of the avatars (without their side) that carry landmarks; the head carries the others."""
 
 
 def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
-    """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry
+    """Return BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry
     them."""
     import torch
 
@@ -214,8 +215,8 @@ _KEYPOINTS = {
 def _subject(
     vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size: int = 640
 ) -> tuple[Subject, OrthographicCamera]:
-    """What perception would tell about an avatar seen from +z: its mask, and its joints as
-    keypoints."""
+    """Return the subject that perception would give for an avatar seen from +z: its mask, and its
+    joints as keypoints."""
     from a2v.kinematics.names import BLAZEPOSE
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
@@ -256,14 +257,16 @@ def _subject(
 
 
 def guide_key(avatar: str) -> str:
-    """Which guide an avatar has: its sex and outfit, ``F_Busi``, since a fit follows the
-    silhouette, which is of clothes."""
+    """Return the name of an avatar's guide: its sex and outfit, as in ``F_Busi``.
+
+    A fit follows the silhouette, which is that of the clothes.
+    """
     _, sex, _, outfit = avatar.rsplit("_", 3)
     return f"{sex}_{outfit}"
 
 
 def stack_guides(guides: Mapping[str, Guide]) -> dict[str, np.ndarray]:
-    """Arrays of one ``.npz`` for several guides (``F_Busi.vertices``...) and their common
+    """Return arrays of one ``.npz`` for several guides (``F_Busi.vertices``...) and their common
     ``faces``."""
     arrays: dict[str, np.ndarray] = {}
     for key, guide in guides.items():
@@ -275,7 +278,7 @@ def stack_guides(guides: Mapping[str, Guide]) -> dict[str, np.ndarray]:
 
 
 def unstack_guides(arrays: Mapping[str, np.ndarray]) -> dict[str, Guide]:
-    """The inverse of `stack_guides`."""
+    """Return the guides in arrays of `stack_guides`."""
     keys: Sequence[str] = sorted({name.split(".")[0] for name in arrays if "." in name})
     return {
         key: Guide.from_arrays(
@@ -289,15 +292,15 @@ def unstack_guides(arrays: Mapping[str, np.ndarray]) -> dict[str, Guide]:
 
 
 def prepare_guides(paths: Sequence[Path], folder: Path) -> None:
-    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is
-    there; it takes minutes."""
+    """Make ``guide.npz`` in a data set's folder, the guides of all avatars in `paths`, unless it
+    exists; it takes minutes."""
     if not (folder / "guide.npz").exists():
         write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
 
 
 def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:
-    """A guide for each sex and outfit, on the first avatar of the training split that has them (of
-    any split where none has)."""
+    """Fit a guide for each sex and outfit, on the first avatar of the training split with it (else
+    of any split)."""
     chosen: dict[str, Path] = {}
     for path in sorted(paths, key=lambda path: (split_of(path.stem) != "training", path.name)):
         chosen.setdefault(guide_key(path.stem), path)

@@ -1,5 +1,5 @@
-"""What `a2v.body.fit_body` gets wrong with one photo: turned bones, a wrong girth, a shift, another
-meter."""
+"""Errors of `a2v.body.fit_body` with one photo: turned bones, a wrong girth, a shift, a wrong
+scale."""
 
 from __future__ import annotations
 
@@ -24,48 +24,51 @@ class GuideErrors:
     Attributes
     ----------
     depth_torso : float
-        Rotation of the bones of the torso about the axis in the image plane that is perpendicular
-        to the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the torso about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_head : float
-        Rotation of the bones of the head about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the head about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_arms : float
-        Rotation of the bones of the arms about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the arms about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_hands : float
-        Rotation of the bones of the hands about the axis in the image plane that is perpendicular
-        to the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the hands about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_legs : float
-        Rotation of the bones of the legs about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the legs about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     plane_torso : float
-        Rotation of the torso in the image plane, degrees.
+        Standard deviation of the rotation of the torso in the image plane, degrees.
     plane_limbs : float
-        Rotation of the limbs in the image plane, degrees.
+        Standard deviation of the rotation of the limbs in the image plane, degrees.
     plane_hands : float
-        Rotation of the hands in the image plane, degrees.
+        Standard deviation of the rotation of the hands in the image plane, degrees.
     twist_torso : float
-        Rotation of the bones of the torso about themselves, degrees.
+        Standard deviation of the rotation of the bones of the torso about themselves, degrees.
     twist_arms : float
-        Rotation of the bones of the arms about themselves, degrees.
+        Standard deviation of the rotation of the bones of the arms about themselves, degrees.
     twist_hands : float
-        Rotation of the bones of the hands about themselves, degrees.
+        Standard deviation of the rotation of the bones of the hands about themselves, degrees.
     twist_legs : float
-        Rotation of the bones of the legs about themselves, degrees.
+        Standard deviation of the rotation of the bones of the legs about themselves, degrees.
     arms_forward : float
         Mean rotation of the arms towards the camera, degrees. The detector's depths cause it.
     lean : float
-        Rotation of the whole body about the image's horizontal axis, degrees.
+        Standard deviation of the rotation of the whole body about the image's horizontal axis,
+        degrees.
     heading : float
-        Rotation of the trunk about its own axis, degrees.
+        Standard deviation of the rotation of the trunk about its own axis, degrees.
     looks : float
         Standard deviation of the change of a bone's length in the photo, meters.
     girth : float
-        Relative error of the thickness of each segment; half of its variance is common to all.
+        Relative standard deviation of the thickness of each segment; half of its variance is common
+        to all.
     shift : float
-        Shift of the whole body in x and y, meters.
+        Standard deviation of the shift of the whole body in x and y, meters.
     scale : float
-        Relative error of the height, which a photo does not show. It scales the whole body.
+        Relative standard deviation of the height, which a photo does not show. It scales the whole
+        body.
     """
 
     depth_torso: float = 5.0
@@ -107,8 +110,8 @@ _SEGMENTS = {
     "Leg": ("legs", "Foot"),
     "Foot": ("legs", "ToeBase"),
 }
-"""Bones that err on their own (without their side), whose errors they have, and the bone at their
-other end."""
+"""Bones with an error of their own (without their side), the kind of their errors, and the bone at
+their other end."""
 
 
 def disturb(
@@ -118,16 +121,17 @@ def disturb(
     errors: GuideErrors,
     generator: np.random.Generator,
 ) -> FloatArray:
-    """World-from-bone transforms (B, 4, 4) with the errors of a fit: every segment turns on its
-    own, mostly in depth.
+    """Add the errors of a fit to world-from-bone transforms (B, 4, 4).
+
+    Every segment turns independently, mostly in depth.
 
     Parameters
     ----------
     avatar : Avatar
-        Whose rest pose the transforms belong to (with its build).
+        The avatar (with its build) that the transforms belong to.
     transforms : (B, 4, 4)
     view : (3,)
-        Towards the camera, world, unit.
+        Direction to the camera, world, unit.
     errors : GuideErrors
     generator : numpy Generator
     """
@@ -151,15 +155,15 @@ def disturb(
         if stem in _SEGMENTS:
             kind, end = _SEGMENTS[stem]
             along = heads[number[side + end]] - heads[bone]
-            # the head of the bone is wrong already by what its parents err: the keypoints pull its
-            # other end back
+            # the errors of the parents have already moved the head of the bone: the keypoints pull
+            # its other end back
             gap = (
                 np.zeros(3)
                 if parent < 0
                 else _placed(result, error, posed_rotmat, rest, bone, parent) - heads[bone]
             )
             own = lean @ _segment_error(along, gap, view, kind, errors, generator)
-            # the keypoints hold the limbs where they are, whatever the trunk's heading
+            # the keypoints keep the limbs in place at any heading of the trunk
             error[bone] = own @ heading if kind in ("torso", "head") else own
         elif parent >= 0:
             error[bone] = error[parent]
@@ -170,6 +174,35 @@ def disturb(
     return result
 
 
+_ALIGNED = (
+    "Head",
+    *(
+        f"{side}{bone}"
+        for side in ("Left", "Right")
+        for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
+    ),
+)
+"""Bones whose heads a fit aligns with the photo's joints."""
+
+
+def disturb_in_place(
+    avatar: Avatar,
+    transforms: FloatArray,
+    view: FloatArray,
+    errors: GuideErrors,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Disturb a pose (`disturb`), then move it in the image plane.
+
+    A fit with a turned bone moves the body until its joints match the photo's again.
+    """
+    wrong = disturb(avatar, transforms, view, errors, generator)
+    aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
+    gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
+    wrong[:, :3, 3] -= gap - (gap @ view) * view
+    return wrong
+
+
 def _placed(
     result: FloatArray,
     error: FloatArray,
@@ -178,7 +211,7 @@ def _placed(
     bone: int,
     parent: int,
 ) -> FloatArray:
-    """Where the disturbed parent puts the head of a bone (3,)."""
+    """Return the position of the head of a bone (3,) by its disturbed parent."""
     return np.asarray(
         result[parent, :3, 3]
         + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3])
@@ -193,21 +226,21 @@ def _segment_error(
     errors: GuideErrors,
     generator: np.random.Generator,
 ) -> FloatArray:
-    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), meters,
-    and whose head errs by `gap` (3,)."""
+    """Draw the rotation (3, 3) of a fit's error for a segment along `along` (3,), meters, whose
+    head is off by `gap` (3,)."""
     length = max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(view, along)
     across /= max(float(np.linalg.norm(across)), 1e-9)
     tilt = np.arcsin(
         np.clip(along @ view / length, -1, 1)
-    )  # out of the image plane, towards the camera
+    )  # out of the image plane, toward the camera
     proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(
         getattr(errors, f"depth_{kind}")
     )
     if kind in ("arms", "hands"):
         proposed -= np.radians(
             errors.arms_forward
-        )  # a positive turn about `across` leads away from the camera
+        )  # a positive turn about `across` points away from the camera
     change = length * (np.abs(np.cos(tilt - proposed)) - np.cos(tilt))
     likely = np.exp(-0.5 * np.square(change / max(errors.looks, 1e-9))) + 1e-9
     depth = generator.choice(proposed, p=likely / likely.sum())
@@ -231,18 +264,18 @@ def _segment_error(
 
 
 def _heavy(generator: np.random.Generator) -> float:
-    """A number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5 degrees
-    of freedom), within 3.5."""
+    """Draw a number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5
+    degrees of freedom), within 3.5."""
     return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))
 
 
 def _rotmat_of_degrees(rotvec: FloatArray) -> FloatArray:
-    """Rotation matrix (3, 3) of a rotation vector (3,) in degrees."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) in degrees."""
     return np.asarray(rotvec_to_rotmat(np.radians(rotvec)))
 
 
 def girth_errors(errors: GuideErrors, generator: np.random.Generator) -> dict[str, float]:
-    """Factors of the guide's girth by segment: a common error and one of each segment."""
+    """Draw factors of the guide's girth by segment: a common error times one per segment."""
     names = sorted(
         {segment_of(f"Left{bone}") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")}
         | {"torso", "neck", "head"}

@@ -1,4 +1,4 @@
-"""``index.json``: what made a folder of views, so that it never mixes two kinds."""
+"""``index.json``: the settings that made a folder of views, so that two kinds are never mixed."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ def keep_index(
     *,
     older: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a folder's index, or check that the same settings made it.
+    """Write a folder's index, or check that it was made with the same settings.
 
     Parameters
     ----------
     folder : path
     settings : dataclass
-        What the views follow from.
+        Settings that determine the views.
     version : int
-        Of what a seed gives.
+        Version of the views that a seed gives.
     older : mapping, optional
-        Settings that folders from before them lack, as these were made.
+        Values of settings that older folders do not list: those with which they were made.
 
     Raises
     ------
     InputError
-        Other settings or another version made the folder, or its index is broken.
+        The folder was made with other settings or another version, or its index is broken.
     """
     path = Path(folder) / "index.json"
     plain = json.loads(json.dumps(dataclasses.asdict(settings)))

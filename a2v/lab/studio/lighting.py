@@ -1,5 +1,4 @@
-"""Light, backgrounds and the sensor of the fast studio: everything between a hit of a ray and a
-JPEG."""
+"""Light, backgrounds and the sensor of the fast studio: all steps from a ray's hit to a JPEG."""
 
 from __future__ import annotations
 
@@ -21,11 +20,11 @@ class Lamp:
     Attributes
     ----------
     direction : (3,) float
-        Towards the light, unit.
+        Direction to the light, unit.
     color : (3,) float
         Irradiance over pi on a surface that faces it.
     spread : float
-        Standard deviation of the directions that it shines from, radians: how soft its shadows are.
+        Standard deviation of its directions, radians: the softness of its shadows.
     """
 
     direction: FloatArray
@@ -35,7 +34,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Light:
-    """Light of one photograph: an environment of first order, and distant lights.
+    """Light of one photograph: a first-order environment, and distant lights.
 
     The radiance of the environment from direction w is ``ambient + gradient . w`` (per channel,
     never negative).
@@ -44,7 +43,7 @@ class Light:
     ----------
     ambient : (3,) float
     gradient : (3, 3) float
-        Axes x channels.
+        Axes by channels.
     lamps : tuple of Lamp
     gloss : float
         Strength of highlights.
@@ -57,7 +56,7 @@ class Light:
 
     @classmethod
     def draw(cls, generator: np.random.Generator) -> Light:
-        """Something between an overcast day, a room with lamps and hard sun."""
+        """Draw a light between an overcast day, a room with lamps and hard sun."""
         ambient = generator.uniform(0.25, 1.0) * _tint(generator, 0.06)
         up = generator.uniform(-0.1, 0.75)
         slopes = np.array([generator.normal(0, 0.25), up, generator.normal(0.1, 0.25)])
@@ -94,11 +93,11 @@ class Light:
         )
 
     def environment(self, directions: FloatArray) -> FloatArray:
-        """Radiance (n, 3) from directions (n, 3)."""
+        """Return the radiance (n, 3) from directions (n, 3)."""
         return np.asarray(np.maximum(self.ambient + directions @ self.gradient, 0))
 
     def ambient_irradiance(self, normals: FloatArray) -> FloatArray:
-        """Irradiance over pi (n, 3) that the whole environment gives surfaces with these normals
+        """Return the irradiance over pi (n, 3) of the whole environment on surfaces with normals
         (n, 3)."""
         return np.asarray(
             np.maximum(self.ambient + (2 / 3) * (normals @ self.gradient), 0.02 * self.ambient)
@@ -106,21 +105,21 @@ class Light:
 
 
 def _tint(generator: np.random.Generator, spread: float) -> FloatArray:
-    """A color cast (3,): warm to cold mostly."""
+    """Draw a color cast (3,), mostly between warm and cold."""
     warm = generator.normal(0, spread)
     return np.asarray(np.exp([warm, generator.normal(0, 0.25 * spread), -warm]))
 
 
 @dataclass(frozen=True)
 class Shadows:
-    """What of the light reaches points.
+    """Fractions of the light that reach points.
 
     Attributes
     ----------
     ambient : (n,) float32
-        Share of the environment's light.
+        Fraction of the environment's light.
     lamps : (L, n) float32
-        Share of each lamp's light.
+        Fraction of each lamp's light.
     """
 
     ambient: FloatArray
@@ -137,8 +136,11 @@ def cast_shadows(
     rays: int = 6,
     lamp_rays: int = 3,
 ) -> Shadows:
-    """Ambient occlusion and soft shadows at points (n, 3) with unit normals, by a few random rays
-    each (noisy: smooth it in the image)."""
+    """Trace ambient occlusion and soft shadows at points (n, 3) with unit normals, by a few random
+    rays each.
+
+    The result is noisy and has to be smoothed in the image.
+    """
     start = points + 2e-3 * normals
     reach, free = np.zeros(len(points)), np.zeros(len(points))
     for _ in range(rays):
@@ -161,7 +163,7 @@ def cast_shadows(
 
 
 def irradiance(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArray:
-    """Irradiance over pi (n, 3): what a white matte surface would radiate."""
+    """Return the irradiance over pi (n, 3): the radiance of a white matte surface."""
     total = light.ambient_irradiance(normals) * shadows.ambient[:, None]
     for lamp, reach in zip(light.lamps, shadows.lamps, strict=True):
         total = total + (np.maximum(normals @ lamp.direction, 0) * reach)[:, None] * lamp.color
@@ -169,7 +171,7 @@ def irradiance(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArra
 
 
 def highlights(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArray:
-    """Light (n, 3) that a slightly glossy surface reflects towards +z (Blinn-Phong)."""
+    """Return the light (n, 3) that a slightly glossy surface reflects toward +z (Blinn-Phong)."""
     total = np.zeros_like(normals, dtype=np.float64)
     if light.gloss > 0:
         for lamp, reach in zip(light.lamps, shadows.lamps, strict=True):
@@ -182,13 +184,13 @@ def highlights(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArra
 
 
 def background(size: int, feet: float, generator: np.random.Generator) -> FloatArray:
-    """A background, linear light (size, size, 3): wall and floor, gradients, textures of several
-    scales, blurred things.
+    """Draw a background, linear light (size, size, 3): wall and floor, gradients, textures of
+    several scales, blurred shapes.
 
     Parameters
     ----------
     feet : float
-        Row of the person's feet, pixels: the floor begins above it.
+        Row of the person's feet, pixels; the floor begins above it.
     """
     import cv2
 
@@ -238,7 +240,7 @@ def background(size: int, feet: float, generator: np.random.Generator) -> FloatA
 
 
 def _color(generator: np.random.Generator) -> FloatArray:
-    """An sRGB color (3,), mostly a muted one."""
+    """Draw an sRGB color (3,), mostly a muted one."""
     import colorsys
 
     muted = generator.random() < 0.75
@@ -253,8 +255,8 @@ def _color(generator: np.random.Generator) -> FloatArray:
 
 @lru_cache(maxsize=1)
 def _tone_curve() -> FloatArray:
-    """sRGB in [0, 1] of linear light in steps of 1/2048, up to 4: highlights are rolled off instead
-    of clipped."""
+    """Return a table of sRGB in [0, 1] for linear light in steps of 1/2048, up to 4. Highlights are
+    compressed instead of clipped."""
     light = (np.arange(8192) + 0.5) / 2048
     start, room = 0.75, 0.25
     return linear_to_srgb(
@@ -263,11 +265,11 @@ def _tone_curve() -> FloatArray:
 
 
 def develop(linear: FloatArray, generator: np.random.Generator) -> tuple[ByteArray, int]:
-    """What a camera makes of light (H, W, 3): sRGB (H, W, 3) uint8, and the quality with which to
-    save it as JPEG.
+    """Simulate a camera on light (H, W, 3): returns sRGB (H, W, 3) uint8, and the quality of its
+    JPEG.
 
-    Blur of lens or size, vignette, a shoulder instead of clipped highlights, noise that grows with
-    the light.
+    The steps are blur of lens or size, vignette, compressed instead of clipped highlights, and
+    noise that grows with the light.
     """
     import cv2
 

@@ -1,4 +1,4 @@
-"""Meshes with texture coordinates out of the text of an OBJ."""
+"""Meshes with texture coordinates from the text of an OBJ file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from a2v.errors import InputError
 from a2v.types import FloatArray, IntArray
 
 MOST = 200_000
-"""Vertices, texture coordinates or triangles."""
+"""Largest number of vertices, texture coordinates or triangles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class ObjMesh:
     Attributes
     ----------
     count : int
-        Vertices (lines ``v``), which are not kept.
+        Number of vertices (lines ``v``); they are not kept.
     faces : (F, 3) int
         Vertices of the triangles, from 0.
     corners : (F, 3) int
@@ -41,22 +41,22 @@ class ObjMesh:
 
 
 def parse_obj(text: str, source: str) -> ObjMesh:
-    """Triangles of an OBJ with texture coordinates; polygons become fans, normals and groups are
-    passed over.
+    """Parse the triangles of an OBJ with texture coordinates.
 
-    Vertices may be missing (`ObjMesh.count` 0), for files that tell texture coordinates alone.
+    Polygons become fans; normals and groups are ignored. Vertices may be missing (`ObjMesh.count`
+    is 0) in files that contain only texture coordinates.
 
     Parameters
     ----------
     text : str
     source : str
-        What messages call it.
+        Name of the file in messages.
 
     Raises
     ------
     InputError
-        No faces, faces without texture coordinates, indices beyond what there is, no numbers where
-        there should be, or too many.
+        There are no faces, or faces without texture coordinates, an index is out of range, a number
+        is malformed, or there are too many elements.
     """
     count, coordinates, faces, corners = 0, [], [], []
     for line in text.splitlines():

@@ -1,9 +1,9 @@
-"""Ordinary poses of people who are photographed: hands touch the body, legs touch each other, hands
-hold a phone or a bag.
+"""Ordinary poses of photographed people: hands touch the body, legs touch each other, hands hold a
+phone or a bag.
 
-They are composed by rule for one avatar, whose hands must reach its own body; nothing learns from
-them, and a benchmark photographs them (`a2v evaluate moved`). A pose is what `a2v.studio.posing`
-says: rotation vectors by bone, in the world's axes of the T-pose.
+Rules compose them for one avatar, whose hands must reach its own body. They are not used for
+training, only in a benchmark (`a2v evaluate moved`). A pose has rotation vectors by bone, in the
+world's axes of the T-pose, as in `a2v.lab.studio.posing`.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ from a2v.lab.studio.things.held import Held, held_of
 from a2v.types import FloatArray
 
 NOISE = 0.35
-"""Share of the usual noise on the joints (`joint_noise`): with more of it hands would leave what
-they touch."""
+"""Factor on the usual joint noise (`joint_noise`). With more noise hands would leave the touched
+surface."""
 _YAW = 14.0
-"""Standard deviation of the turn about the vertical in which people are photographed, degrees."""
+"""Standard deviation of the turn about the vertical of photographed people, degrees."""
 _COLLAR = -0.12
 """Turn of the collar bone, radians, below a hanging arm (`arm_towards`)."""
 _NEAR_COLUMN = 0.05
-"""Meters to the side within which a vertex says how far the body reaches to the front."""
+"""Largest sideways distance of vertices that determine how far the body extends to the front,
+meters."""
 _NEAR_ROW = 0.03
-"""The same up or down."""
+"""Largest vertical distance of these vertices, meters."""
 
 Drawn = tuple[Pose, float, Held | None]
-"""A pose, the turn about the vertical in degrees, and what is held."""
+"""A pose, the turn about the vertical in degrees, and the held object."""
 
 
 def draw_ordinary(name: str, avatar: Avatar, generator: np.random.Generator) -> Drawn:
-    """A pose of the class `name`, one of `ORDINARY`, for an avatar, the turn in which it is
-    photographed, and what is in the hands."""
+    """Draw a pose of the class `name`, one of `ORDINARY`, for an avatar, with its turn and the held
+    object."""
     pose, yaw, held = ORDINARY[name](avatar, generator)
     return joint_noise(pose, generator, NOISE) | (held.pose if held else {}), yaw, held
 
@@ -86,14 +87,14 @@ def _rest(avatar: Avatar) -> FloatArray:
 
 
 def _front(avatar: Avatar, x: float, y: float) -> float:
-    """How far to the front (z) trunk and head of the T-pose reach at a place, meters."""
+    """Return the extent to the front (z) of trunk and head of the T-pose at a place, meters."""
     rest = _rest(avatar)[on_parts(avatar.parts, "torso", "head", "neck")]
     near = (np.abs(rest[:, 0] - x) < _NEAR_COLUMN) & (np.abs(rest[:, 1] - y) < _NEAR_ROW)
     return float(rest[near, 2].max()) if near.any() else 0.1
 
 
 def _flank(avatar: Avatar, y: float) -> float:
-    """How far to the side trunk and thighs reach at a height, meters."""
+    """Return the extent to the side of trunk and thighs at a height, meters."""
     rest = _rest(avatar)[on_parts(avatar.parts, "torso", "left_thigh", "right_thigh")]
     near = np.abs(rest[:, 1] - y) < _NEAR_ROW
     return float(np.abs(rest[near, 0]).max()) if near.any() else 0.18
@@ -108,7 +109,7 @@ def _yaw(generator: np.random.Generator) -> float:
 
 
 def _hanging(generator: np.random.Generator, side: str, sign: float) -> Pose:
-    """An arm that hangs and touches the thigh."""
+    """Return a hanging arm that touches the thigh."""
     out, ahead, bend = np.radians(
         [generator.uniform(6, 13), generator.normal(2, 5), generator.uniform(4, 16)]
     )
@@ -119,7 +120,7 @@ def _hanging(generator: np.random.Generator, side: str, sign: float) -> Pose:
 
 
 def _standing(generator: np.random.Generator) -> Pose:
-    """Somebody who stands with hanging arms."""
+    """Return a standing person with hanging arms."""
     pose = natural_pose(generator)
     for side, sign in SIDES:
         pose |= _hanging(generator, side, sign)
@@ -194,8 +195,8 @@ def _pockets(avatar: Avatar, generator: np.random.Generator) -> Drawn:
 
 
 def _leg_across(avatar: Avatar, side: str, x: float, ahead: float) -> Pose:
-    """A straight leg whose ankle comes to the column `x`, meters, `ahead` degrees to the front; the
-    sole stays level."""
+    """Return a straight leg whose ankle is at the column `x`, meters, `ahead` degrees to the front;
+    the sole stays level."""
     sign = dict(SIDES)[side]
     hip, ankle = _head(avatar, f"{side}UpLeg"), _head(avatar, f"{side}Foot")
     tall = float(hip[1] - ankle[1])
@@ -269,7 +270,7 @@ def _walk(avatar: Avatar, generator: np.random.Generator) -> Drawn:
 
 
 def _by_stance(name: str) -> Callable[[Avatar, np.random.Generator], Drawn]:
-    """A class of `STANCES`."""
+    """Return the draw function of a class of `STANCES`."""
 
     def draw(avatar: Avatar, generator: np.random.Generator) -> Drawn:
         pose, yaw = STANCES[name](generator)

@@ -1,6 +1,7 @@
-"""The fast photograph: a scene lit, shaded by ray casting and developed, some a second on one core.
+"""The fast photograph: a scene lit, shaded by ray casting and developed, some per second on one
+core.
 
-`a2v.lab.studio.portrait` has the slow one, which is path traced.
+`a2v.lab.studio.portrait` has the slow, path traced one.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ from a2v.types import ByteArray, FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """How finely a photograph is taken.
+    """Resolution and sampling of a photograph.
 
     Attributes
     ----------
     size : int
-        Side of the photo, pixels; the scene's camera is of these.
+        Side of the photo, pixels; the scene's camera is in these pixels.
     shadows : int
         Side of the map of shadows, pixels; `size` is a multiple of it.
     rays, lamp_rays : int
-        At each pixel of that map towards the environment, and towards each lamp.
+        Number of rays at each pixel of that map to the environment, and to each lamp.
     blur, lamp_blur : float
-        Standard deviations of the smoothing that takes out their noise, pixels of that map.
+        Standard deviations of the smoothing that removes their noise, pixels of that map.
     """
 
     size: int = PHOTO_SIZE
@@ -50,7 +51,7 @@ class Film:
 
 
 FILM = Film()
-"""Of the reconstruction's views."""
+"""The film of the reconstruction's views."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +62,11 @@ class Lit:
     ----------
     light : Light
     shadows : (S, S, 1 + lamps) float32
-        Shares of the environment's and of each lamp's light that reach what each pixel of the
-        film's map of shadows sees, smoothed.
+        Fractions of the environment's and of each lamp's light at each pixel of the film's map of
+        shadows, smoothed.
     gain : (3,) float
-        Linear RGB: the irradiance over pi, mean over the person and things, after exposure and
-        white balance.
+        Linear RGB: the mean irradiance over pi on the person and objects, after exposure and white
+        balance.
     """
 
     light: Light
@@ -82,14 +83,14 @@ class Photograph:
     image : (H, H, 3) uint8
         sRGB.
     mask : (H, H) uint8
-        Where it shows the person: 255 inside and soft at the rim.
+        Pixels that show the person: 255 inside and soft at the rim.
     quality : int
-        Of its JPEG, per cent.
+        Quality of its JPEG, per cent.
     things : (H, H) uint8
-        Where it shows something that is no background and not the person, as `mask`.
+        Pixels that show an object (neither background nor person), as in `mask`.
     gain : (3,) float
-        Linear RGB: the irradiance over pi in the photo's numbers, mean over what it shows of the
-        person.
+        Linear RGB: the mean irradiance over pi on the visible part of the person, in the photo's
+        numbers.
     """
 
     image: ByteArray
@@ -106,7 +107,7 @@ def light_scene(
     generator: np.random.Generator,
     film: Film = FILM,
 ) -> Lit:
-    """Draw a light, and expose for it.
+    """Draw a light, and set the exposure for it.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ def light_scene(
     mean = irradiance(light, normals, Shadows(seen[:, 0], seen[:, 1:].T)).mean(axis=0)
     exposure = float(np.clip(np.exp(generator.normal(-0.12, 0.25)), 0.45, 1.5)) / float(mean.mean())
     balance = np.exp(generator.normal(0, 0.05) * np.array([1.0, 0.0, -1.0]))
-    # a camera takes most of the light's own cast out
+    # a camera removes most of the light's color cast
     cast = (mean / mean.mean()) ** -generator.uniform(0.3, 1.0)
     gain: FloatArray = mean * exposure * balance * cast
     return Lit(light, smooth, gain)
@@ -150,14 +151,14 @@ def light_scene(
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """What a photo shows behind and before a scene.
+    """The background and foreground of a scene in a photo.
 
     Attributes
     ----------
     behind : (H, H, 3) or None
-        The background, linear light; one is drawn where there is none.
+        The background, linear light; one is drawn if it is None.
     before : (H, H, 4) or None
-        What is in front of everything: linear light, and how much of it there is.
+        The foreground: linear light and its alpha.
     """
 
     behind: FloatArray | None = None
@@ -174,9 +175,9 @@ def photograph_scene(
     *,
     around: Around = Around(),
 ) -> Photograph:
-    """Photograph a scene; `lit` is what `light_scene` made of the other arguments.
+    """Photograph a scene; `lit` is the result of `light_scene` for the other arguments.
 
-    `around` is what the photo shows besides.
+    `around` has the background and the foreground.
     """
     behind, before = around.behind, around.before
     layer, size = _see(rays, scene, fore, lit, film), film.size
@@ -202,11 +203,11 @@ def photograph_scene(
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """What the camera sees of a scene in a window of the photo.
+    """The camera's view of a scene in a window of the photo.
 
-    `rows` and `columns` are the window's; color (h, w, 3) is linear light; coverage and own (h, w)
-    say how much of a pixel the scene covers, and how much of it the person does; feet is the row of
-    the person's lowest point, pixels; gain (3,) is `Photograph.gain`.
+    `rows` and `columns` are the window's. `color` (h, w, 3) is linear light. `coverage` and `own`
+    (h, w) are the fractions of a pixel that the scene and the person cover. `feet` is the row of
+    the person's lowest point, pixels. `gain` (3,) is `Photograph.gain`.
     """
 
     rows: slice
@@ -219,7 +220,7 @@ class _Layer:
 
 
 def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -> _Layer:
-    """Shade what the camera sees."""
+    """Shade the camera's view of a scene."""
     import cv2
 
     surface, camera, size = scene.surface, scene.camera, film.size
@@ -234,7 +235,7 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     pixels = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
     down = np.array([0, 0, -1], np.float32)
     shape = (len(rows), len(columns))
-    # rays are needed only close to what the maps show
+    # rays are needed only close to the pixels that the maps cover
     step = size // film.shadows
     near = (
         cv2.dilate(
@@ -245,8 +246,8 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     )
     index = np.flatnonzero(near[rows[:, None] // step, columns[None] // step].ravel())
     first = scattered(rays.cast(pixel_rays(camera, pixels[index], far), down), index, len(pixels))
-    # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is
-    # `gain`
+    # the factor from irradiance over pi to the photo's numbers, with which the mean over the person
+    # is `gain`
     seen = _shade(scene, lit, first, pixels, film)
     factor = lit.gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
     person = scene.is_person(first.face[first.hit])
@@ -259,7 +260,7 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     color[first.hit] = seen.color * factor
     coverage = first.hit.astype(np.float32)
     own = (first.hit & scene.is_person(first.face)).astype(np.float32)
-    # pixels at the silhouette and at jumps of depth are averages of four rays
+    # pixels at the silhouette and at depth jumps are averages of four rays
     depth = np.where(first.hit, first.distance, far + 9).reshape(shape).astype(np.float32)
     jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02 * (
         PHOTO_SIZE / size
@@ -288,14 +289,15 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
 
 @dataclass(frozen=True, eq=False)
 class _Shaded:
-    """Linear colors (n, 3) float32, and the irradiance over pi (n, 3) alone."""
+    """Linear colors (n, 3) float32, and only the irradiance over pi (n, 3)."""
 
     color: FloatArray
     irradiance: FloatArray
 
 
 def _shade(scene: Sitting, lit: Lit, hits: Hits, pixels: FloatArray, film: Film) -> _Shaded:
-    """The hits of rays through pixels (n, 2) of the photo: texture times light, plus highlights."""
+    """Shade the hits of rays through pixels (n, 2) of the photo: texture times light, plus
+    highlights."""
     surface = scene.surface
     normals = facing(hits.interpolate(scene.normals, surface.faces), 1)
     at = (pixels[hits.hit] * (film.shadows / film.size) - 0.5).astype(np.float32)

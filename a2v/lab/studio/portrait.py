@@ -1,7 +1,6 @@
-"""Portraits: pictures of 3D people that pass for photographs, with the truth beside them, path
-traced in seconds.
+"""Portraits: photorealistic pictures of 3D people with ground truth, path traced in seconds.
 
-`a2v.lab.studio.photograph` has the fast ones, which networks are trained on.
+`a2v.lab.studio.photograph` has the fast ones, for the training of networks.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class PortraitSettings(Record):
-    """How a photograph is taken. Angles in degrees, lengths in meters, colors sRGB in [0, 1].
+    """Settings of a photograph. Angles in degrees, lengths in meters, colors sRGB in [0, 1].
 
     Attributes
     ----------
     size : int
         Width and height, pixels.
     spp : int
-        Samples a pixel before denoising.
+        Samples per pixel before denoising.
     distance, height, yaw : float
-        Where the camera stands: distance from the person, height over the floor, turned about the
-        person (positive: towards the person's left).
+        Position of the camera: distance from the person, height over the floor, angle about the
+        person (positive: toward the person's left).
     fill_frame : float
         The person's height as a fraction of the picture's.
     key_direction : tuple of 3 float
-        Towards the main light.
+        Direction to the main light.
     key, fill : float
-        Irradiance over pi of the main light, and radiance of the light from all around.
+        Irradiance over pi of the main light, and radiance of the light from all directions.
     key_size : float
         Angular radius of the main light: the softness of shadows.
     warmth : float
@@ -56,9 +55,9 @@ class PortraitSettings(Record):
     noise : float
         Standard deviation of the sensor's noise at mid gray, in units of 1/255.
     vignette : float
-        How much darker the corners are, 0 to 1.
+        Darkening of the corners, 0 to 1.
     seed : int
-        Of rendering and of the sensor's noise.
+        Seed of the rendering and of the sensor's noise.
     variant, threads
         As in `RenderSettings`.
     """
@@ -101,7 +100,7 @@ class PortraitSettings(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Portrait(Record):
-    """A picture and what it shows.
+    """A picture with ground truth.
 
     Attributes
     ----------
@@ -110,7 +109,7 @@ class Portrait(Record):
     mask : (H, W) float32
         The person's coverage of each pixel, exact up to sampling.
     camera : ViewCamera
-        What took it, in the surface's frame.
+        Its camera, in the surface's frame.
     """
 
     image: ByteArray
@@ -119,8 +118,8 @@ class Portrait(Record):
 
 
 def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
-    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centered
-    in the picture."""
+    """Return the camera of `take_portrait`: all of `vertices` (V, 3) are centered in the
+    picture."""
     points = np.asarray(vertices, np.float64)
     yaw = np.radians(settings.yaw)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -136,7 +135,7 @@ def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCam
     fov = 30.0
     for _ in range(
         8
-    ):  # the aim and the field of view that center the person depend a little on each other
+    ):  # the aim and the field of view that center the person depend slightly on each other
         camera = ViewCamera(origin=_triple(origin), target=_triple(target), fov=fov)
         plane = (points - origin) @ camera.axes.T
         slopes = plane[:, :2] / -plane[:, 2:]
@@ -201,10 +200,10 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
 
 
 def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
-    """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot
-    light."""
+    """Return floor and wall with a round corner behind the person, in place of the stage's ground;
+    no spot light."""
     yaw = np.radians(settings.yaw)
-    # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the
+    # profile in (depth behind the person, height): floor toward the camera, a quarter circle, the
     # wall
     radius = 0.12
     corner = np.linspace(0, np.pi / 2, 13)
@@ -250,8 +249,8 @@ def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
 
 
 def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
-    """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colors with
-    soft, uneven patches and grain."""
+    """Return sRGB (pixels, pixels, 3) along the room's profile: colors of floor and wall with soft,
+    uneven patches and grain."""
     from scipy.ndimage import gaussian_filter
 
     generator = np.random.default_rng(settings.seed)
@@ -272,8 +271,8 @@ def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 
 
 
 def _develop(linear: FloatArray, settings: PortraitSettings) -> ByteArray:
-    """What a camera does to light: a little bloom of the lens, vignette, noise of the sensor, a
-    gentle tone curve."""
+    """Simulate a camera: a slight bloom of the lens, vignette, noise of the sensor, a gentle tone
+    curve."""
     from scipy.ndimage import gaussian_filter
 
     size = linear.shape[0]
@@ -288,14 +287,14 @@ def _develop(linear: FloatArray, settings: PortraitSettings) -> ByteArray:
             ..., None
         ]
     )
-    # photon noise grows with the root of the light; coarse as after a camera's own denoising
+    # photon noise grows with the square root of the light; coarse as after a camera's denoising
     grain = gaussian_filter(generator.standard_normal(light.shape), (0.6, 0.6, 0))
     encoded = linear_to_srgb(_shoulder(light))
     return to_bytes(encoded + settings.noise / 255 * grain / grain.std() * (1.2 - 0.8 * encoded))
 
 
 def _shoulder(light: FloatArray, start: float = 0.7) -> FloatArray:
-    """Roll highlights off smoothly above `start` instead of clipping them at 1."""
+    """Compress highlights smoothly above `start` instead of clipping them at 1."""
     room = 1 - start
     over = np.maximum(light - start, 0)
     return np.where(light > start, start + room * (1 - np.exp(-over / room)), light)

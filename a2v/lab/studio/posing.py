@@ -1,7 +1,7 @@
 """Poses of the studio's people: natural standing, T- and A-poses, and frames of recorded actions.
 
-A pose is a mapping of bone name to rotation vector as `Avatar.bone_transforms` takes it: in the
-world's axes of the T-pose, relative to the parent.
+A pose maps bone names to rotation vectors for `Avatar.bone_transforms`: in the world's axes of the
+T-pose, relative to the parent.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ _NOISE = {
     "Foot": 3.0,
     "ToeBase": 2.0,
 }
-"""Degrees of noise about each axis."""
+"""Standard deviation of the noise about each axis, degrees."""
 
 
 def natural_pose(generator: np.random.Generator) -> Pose:
-    """Someone who stands for a photograph: arms hanging, folded to the hips or half raised, weight
-    on one or both legs."""
+    """Draw a pose of someone who stands for a photograph: arms hanging, folded to the hips or half
+    raised, weight on one or both legs."""
     pose: Pose = {}
     lean = generator.normal(0, 1, 3) * np.radians(
         [3.0, 4.0, 2.5]
@@ -65,7 +65,7 @@ def natural_pose(generator: np.random.Generator) -> Pose:
         pose[name] = lean * share
     look = generator.normal(0, 1, 3) * np.radians([6.0, 14.0, 4.0])
     pose["Neck"], pose["Head"] = 0.4 * look, 0.6 * look
-    both = generator.random() < 0.65  # the arms do alike
+    both = generator.random() < 0.65  # both arms have the same style
     first = _arm_style(generator)
     for side, sign in SIDES:
         style = first if both or side == "Left" else _arm_style(generator)
@@ -76,7 +76,7 @@ def natural_pose(generator: np.random.Generator) -> Pose:
 
 
 def open_pose(generator: np.random.Generator) -> Pose:
-    """Between A- and T-pose: straight arms 40 to 95 degrees from the body."""
+    """Draw a pose between A- and T-pose: straight arms 40 to 95 degrees from the body."""
     pose: Pose = {}
     raised = generator.uniform(40, 95)
     for side, sign in SIDES:
@@ -94,7 +94,7 @@ def open_pose(generator: np.random.Generator) -> Pose:
 def joint_noise(
     pose: Mapping[str, FloatArray], generator: np.random.Generator, scale: float = 1.0
 ) -> Pose:
-    """The pose with a little noise on every joint; `scale` times a few degrees."""
+    """Add a little noise to every joint of a pose: `scale` times a few degrees."""
     noisy = {name: np.asarray(rotvec, np.float64) for name, rotvec in pose.items()}
     for name in POSED_BONES:
         spread = _NOISE[name.removeprefix("Left").removeprefix("Right")]
@@ -109,8 +109,8 @@ def _arm_style(generator: np.random.Generator) -> str:
 
 
 def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> Pose:
-    """One arm by the directions of upper arm and forearm in the frame of the chest (left arm; the
-    right one mirrored)."""
+    """Return one arm from the directions of upper arm and forearm in the frame of the chest (left
+    arm; the right one is mirrored)."""
     if style == "hanging":
         out, forward = np.radians(
             [
@@ -122,7 +122,7 @@ def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> 
         upper = np.array(
             [np.sin(out), -np.cos(out) * np.cos(forward), np.cos(out) * np.sin(forward)]
         )
-        # the forearm turns forward from the upper arm, and inwards with it
+        # the forearm turns forward from the upper arm, and inward with it
         ahead = np.array([-np.sin(inwards), 0.15, np.cos(inwards)])
         fore = np.cos(bend) * upper + np.sin(bend) * _unit(ahead - (ahead @ upper) * upper)
     elif style == "hips":
@@ -147,7 +147,7 @@ def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> 
         )
     mirror = np.array([sign, 1.0, 1.0])
     pose = arm_towards(side, sign, upper * mirror, fore * mirror)
-    # the palm turns: mostly towards the thigh, sometimes to the back or the front
+    # the palm mostly faces the thigh, sometimes the back or the front
     pose[f"{side}Hand"] = np.radians(
         [generator.normal(0, 22), generator.normal(0, 8), sign * generator.normal(-5, 10)]
     )
@@ -155,22 +155,23 @@ def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> 
 
 
 def arm_towards(side: str, sign: float, upper: FloatArray, fore: FloatArray) -> Pose:
-    """Rotations that point the `side`'s arm of the T-pose along `upper` (3,) and its forearm along
-    `fore` (3,), in the axes of the chest.
+    """Return rotations that point the `side`'s upper arm along `upper` (3,) and its forearm along
+    `fore` (3,).
 
-    `sign` is 1 for the left arm and -1 for the right one.
+    Directions are in the axes of the chest, rotations from the T-pose. `sign` is 1 for the left arm
+    and -1 for the right one.
     """
     rest = np.array([sign, 0.0, 0.0])
-    rest_axis = np.array([0.0, -sign, 0.0])  # a forearm that bends forward turns about this
+    rest_axis = np.array([0.0, -sign, 0.0])  # axis about which the forearm bends forward
     upper, fore = _unit(np.asarray(upper, np.float64)), _unit(np.asarray(fore, np.float64))
-    # an untwisted arm bends about the axis that the swing from the T-pose carries along
+    # an arm without twist bends about the axis that is moved by the swing from the T-pose
     swing = _frame(upper, np.array([0.0, 0.0, 1.0])) @ _frame(rest, np.array([0.0, 0.0, 1.0])).T
     bent = np.cross(upper, fore)
     weight = np.clip(np.linalg.norm(bent) / 0.2, 0, 1)
     axis = weight * _unit(bent) + (1 - weight) * (swing @ rest_axis)
     arm = _frame(upper, axis) @ _frame(rest, rest_axis).T
     forearm = _frame(fore, axis) @ _frame(rest, rest_axis).T
-    # the collar bone rises with an arm above the shoulder
+    # the collarbone rises with an arm above the shoulder
     lift = sign * 0.3 * max(0.0, float(np.arcsin(np.clip(upper[1], -1, 1))) + 0.35) - sign * 0.12
     collar = rotvec_to_rotmat(np.array([0.0, 0.0, lift]))
     return {
@@ -191,7 +192,7 @@ def _fingers(generator: np.random.Generator, side: str, sign: float, most: float
 
 
 def curled_fingers(generator: np.random.Generator, most: float = 80.0) -> Pose:
-    """Both hands, each anywhere between open and a fist (`most`, degrees a joint)."""
+    """Draw both hands, each between open and a fist (`most` degrees per joint)."""
     pose: Pose = {}
     for side, sign in SIDES:
         pose |= _fingers(generator, side, sign, most=most)
@@ -238,7 +239,7 @@ class PoseLibrary(Record):
         self._check("rotations", ("P", len(self.bones), 3))
 
     def pose(self, index: int) -> Pose:
-        """Pose `index`, fingers relaxed."""
+        """Return pose `index`, with relaxed fingers."""
         return {
             name: self.rotations[index, place].astype(np.float64)
             for place, name in enumerate(self.bones)
@@ -248,8 +249,8 @@ class PoseLibrary(Record):
 def avatar_body(
     avatar: Avatar, pose: Mapping[str, Sequence[float] | FloatArray] | None = None
 ) -> Body:
-    """An avatar's rig and mesh as a `Body` in the given pose (rest: its T-pose), for `retarget` and
-    `bind`."""
+    """Return an avatar's rig and mesh as a `Body` in the given pose (default: its T-pose), for
+    `retarget` and `bind`."""
     transforms = avatar.bone_transforms(pose)
     dense = np.zeros((len(avatar.weights), len(avatar.bone_names)), np.float32)
     np.add.at(dense, (np.arange(len(dense))[:, None], avatar.bones), avatar.weights)
@@ -269,8 +270,8 @@ def avatar_body(
 
 
 def local_rotations(avatar: Avatar, transforms: FloatArray) -> FloatArray:
-    """Rotation vectors (..., B, 3) that `bone_transforms` would need for world-from-bone transforms
-    (..., B, 4, 4)."""
+    """Return the rotation vectors (..., B, 3) with which `bone_transforms` gives world-from-bone
+    transforms (..., B, 4, 4)."""
     rest = avatar.rest_transforms[:, :3, :3].astype(np.float64)
     world_rotmat = transforms[..., :3, :3].astype(np.float64) @ np.swapaxes(rest, -1, -2)
     local_rotmat = world_rotmat.copy()
@@ -285,23 +286,23 @@ def local_rotations(avatar: Avatar, transforms: FloatArray) -> FloatArray:
 def action_poses(
     avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3, seed: int = 0
 ) -> PoseLibrary:
-    """Frames of CMU's and HumanAct12's clips on the rig of the avatars.
+    """Return frames of CMU's and HumanAct12's clips on the rig of the avatars.
 
     Parameters
     ----------
     avatar : Avatar
-        Its proportions decide how far limbs reach; all avatars share the rig.
+        The poses are made for its proportions; all avatars share the rig.
     data : path
         Folder that holds ``cmu_mocap.zip`` and ``humanact12.zip``; one of them suffices.
     clips : int
-        Of each data set, drawn evenly over the actions.
+        Number of clips of each data set, drawn evenly over the actions.
     frames : int
-        Of each clip.
+        Number of frames of each clip.
 
     Raises
     ------
     InputError
-        Neither data set is there.
+        Neither data set exists.
     """
     from a2v.animation.life import STILL
     from a2v.animation.retarget import RetargetSettings, retarget
@@ -331,8 +332,8 @@ def action_poses(
                 chosen
             ]
             local = local_rotations(avatar, transforms)[:, slots]
-            # which way a person faces is drawn anew for every photograph: only tilt stays in the
-            # root
+            # a person's heading is drawn separately for every photograph: the root keeps only its
+            # tilt
             local[:, 0] = np.stack([without_heading(rotvec) for rotvec in local[:, 0]])
             rotations.append(local)
             actions += [motion.action] * len(chosen)
@@ -346,21 +347,24 @@ def action_poses(
 
 
 def without_heading(rotvec: FloatArray) -> FloatArray:
-    """A rotation vector (3,), radians, with its part about the vertical taken out."""
+    """Remove the part about the vertical from a rotation vector (3,), radians."""
     rotmat = rotvec_to_rotmat(rotvec)
     heading = float(np.arctan2(rotmat[0, 2], rotmat[2, 2]))
     return np.asarray(rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, -heading, 0.0])) @ rotmat))
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    """A vector (3,) of length 1. The norm of a single vector differs from
-    `a2v.geometry.vectors.unit` in the last bit, which seeds depend on."""
+    """Scale a vector (3,) to length 1.
+
+    For a single vector the norm differs from `a2v.geometry.vectors.unit` in the last bit, and seeds
+    depend on it.
+    """
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))
 
 
 def _frame(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Rotation whose first column is along `first` and whose second is as near as can be to
-    `second`."""
+    """Return a rotation whose first column is along `first`, and whose second column is as near as
+    possible to `second`."""
     x = _unit(first)
     z = _unit(np.cross(x, second))
     return np.stack([x, np.cross(z, x), z], axis=-1)

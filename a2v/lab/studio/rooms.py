@@ -1,5 +1,5 @@
-"""Photographs of people in ordinary rooms, and the same rooms without them: what removing a person
-from a photo is measured on."""
+"""Photographs of people in ordinary rooms, and of the same rooms without them, to measure the
+removal of people from photos."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.lab.studio.avatar_files import list_avatars
 from a2v.lab.studio.posing import natural_pose
+from a2v.lab.studio.room_plan import RoomPlan
 from a2v.lab.studio.stand import draw_outfit, prepare_avatar
 from a2v.lab.studio.streams import Stream
 from a2v.record import Record
@@ -24,15 +25,11 @@ from a2v.rendering.variant import activate
 from a2v.types import ByteArray, FloatArray, Surface
 
 VERSION = 1
-"""Of what a number gives: raise it when rooms change."""
+"""Version of the rooms that a number gives. Raise it when rooms change."""
 ROOMS = 12
-"""Rooms of the benchmark."""
-SHORT = 600
-"""Shorter side of the photos, pixels."""
-LONG = 800
-"""Longer side of the photos, pixels."""
+"""Number of rooms of the benchmark."""
 _SAMPLES = 32
-"""Per pixel, before denoising."""
+"""Samples per pixel, before denoising."""
 _NOISE = 1.5
 """Standard deviation of the sensor's noise, levels of 255; the same in both photos of a room."""
 _MIDDLE = 0.42
@@ -48,15 +45,15 @@ class RoomCase(Record):
     image, empty : (H, W, 3) uint8
         The photo, and the same room, light, exposure and noise without the person.
     mask : (H, W) float32
-        Share of each pixel that the person covers.
+        Fraction of each pixel that the person covers.
     floor : (H, W) float32
-        Share of each pixel of the empty room that is the floor's.
+        Fraction of each pixel of the empty room that shows the floor.
     front : (H, W) float32
-        The same of things that stand in front of the person, in the photo.
+        Fraction of each pixel of the photo that shows objects in front of the person.
     facts : mapping
-        Avatar; the camera's origin and target, meters, the person standing at the origin of the
-        floor, and the field of view, degrees, of the square around the photo; and what stands in
-        the room.
+        The avatar; the camera's origin and target, meters (the person stands at the origin of the
+        floor); the field of view of the square around the photo, degrees; and the objects in the
+        room.
     """
 
     image: ByteArray
@@ -70,7 +67,7 @@ class RoomCase(Record):
 def open_room(
     number: int, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None
 ) -> RoomCase:
-    """Room `number`, rendered or read from the folder `kept`.
+    """Return room `number`, rendered or read from the folder `kept`.
 
     Parameters
     ----------
@@ -79,7 +76,7 @@ def open_room(
     data : path
         Folder with ``avatars/``.
     kept : path, optional
-        Folder where rooms are kept from one call to the next.
+        Folder where rooms are stored for later calls.
 
     Raises
     ------
@@ -94,15 +91,15 @@ def open_room(
         raise InputError(f"{data} has no avatars; give the data's folder")
     generator = np.random.default_rng([number, Stream.ROOM])
     person, name = _person(avatars[(7 * number + 3) % len(avatars)], generator)
-    case = _rendered(_Plan.draw(number, generator, person), person, name, generator)
+    case = _rendered(RoomPlan.draw(number, generator, person), person, name, generator)
     if path is not None:
         case.save(path)
     return case
 
 
 def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
-    """A clothed avatar in a natural pose, standing on the ground at the origin and roughly facing
-    +z."""
+    """Return a clothed avatar in a natural pose, standing on the ground at the origin and roughly
+    facing +z."""
     outfit = draw_outfit(prepare_avatar(str(path)), generator)
     avatar = outfit.avatar
     vertices = avatar.skin(avatar.bone_transforms(natural_pose(generator)))
@@ -123,166 +120,9 @@ def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
     return surface, avatar.name
 
 
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """Objects of a room as Mitsuba dictionaries without textures' objects, its camera and its
-    facts."""
-
-    boxes: tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]
-    """Name, middle (3,), half sides (3,), turn about the vertical in degrees, sRGB (3,)."""
-    wall: FloatArray
-    floor: ByteArray
-    back: tuple[float, float]
-    """Distance of the back wall behind the origin, meters, and its turn, degrees."""
-    side: tuple[float, float]
-    """Which side has a wall (-1, 1), and how far away it is, meters."""
-    lamp: tuple[FloatArray, float, FloatArray]
-    """Middle (3,), radius and radiance (3,) of the ceiling's lamp."""
-    window: tuple[float, FloatArray]
-    """Side of the window (-1, 1) and its radiance (3,)."""
-    origin: FloatArray
-    target: FloatArray
-    fov: float
-    size: tuple[int, int]
-    """Width and height, pixels."""
-
-    @classmethod
-    def draw(cls, number: int, generator: np.random.Generator, person: Surface) -> _Plan:
-        """A room around a person who stands at the origin."""
-        tall = float(person.vertices[:, 1].max())
-        upright = bool(number % 2)
-        distance, height = generator.uniform(2.6, 4.2), generator.uniform(1.2, 1.6)
-        width, rows = (SHORT, LONG) if upright else (LONG, SHORT)
-        fill = generator.uniform(0.62, 0.78)
-        fov = 2 * np.degrees(np.arctan(tall / fill / 2 / distance * (width / rows)))
-        aside = generator.uniform(-0.15, 0.15) * (1 if upright else 3)
-        origin = np.array([aside + generator.uniform(-0.3, 0.3), height, distance])
-        target = np.array([aside, tall / 2 + generator.uniform(-0.05, 0.1), 0.0])
-        back = generator.uniform(0.5, 2.2), generator.uniform(-14, 14)
-        side = float(generator.choice([-1, 1])), generator.uniform(1.3, 2.4)
-        warm = np.array([1.0, generator.uniform(0.85, 0.97), generator.uniform(0.68, 0.92)])
-        cool = np.array([generator.uniform(0.85, 1.0), 0.95, 1.0])
-        lamp = (
-            np.array([generator.uniform(-1, 1), 2.55, generator.uniform(-0.5, 1.5)]),
-            generator.uniform(0.12, 0.3),
-            warm * generator.uniform(14, 30),
-        )
-        window = float(generator.choice([-1, 1])), cool * generator.uniform(1.5, 5)
-        return cls(
-            _furniture(number, generator, back, side),
-            _wall(generator),
-            _floor(number, generator),
-            back,
-            side,
-            lamp,
-            window,
-            origin,
-            target,
-            float(fov),
-            (width, rows),
-        )
-
-
-def _wall(generator: np.random.Generator) -> FloatArray:
-    """A wall's paint, sRGB (3,)."""
-    base = generator.uniform(0.55, 0.92)
-    return np.clip(base + generator.uniform(-0.1, 0.1, 3), 0.2, 0.97)
-
-
-def _floor(number: int, generator: np.random.Generator) -> ByteArray:
-    """A square of the floor (512, 512, 3) that is repeated: planks, tiles, carpet or stone."""
-    import cv2
-
-    size, kind = 512, number % 4
-    grain = generator.standard_normal((size, size)).astype(np.float32)
-    if kind == 0:  # planks along y
-        color = np.array(
-            [
-                generator.uniform(0.45, 0.7),
-                generator.uniform(0.32, 0.48),
-                generator.uniform(0.2, 0.32),
-            ]
-        )
-        plank = np.arange(size) * 6 // size
-        tone = (
-            generator.uniform(0.82, 1.1, 6)[plank][None, :]
-            + 0.05 * cv2.GaussianBlur(grain, (0, 0), sigmaX=0.8, sigmaY=30) * 8
-        )
-        tone[:, np.flatnonzero(np.diff(plank, prepend=-1))] *= 0.55
-    elif kind == 1:  # tiles
-        color = np.full(3, generator.uniform(0.6, 0.85)) + generator.uniform(-0.05, 0.05, 3)
-        tone = 1 + 0.06 * cv2.GaussianBlur(grain, (0, 0), 12) * 12
-        for at in range(0, size, size // 4):
-            tone[at : at + 3] *= 0.7
-            tone[:, at : at + 3] *= 0.7
-    elif kind == 2:  # carpet
-        color = generator.uniform(0.3, 0.65, 3)
-        tone = 1 + 0.12 * grain
-    else:  # stone
-        color = np.full(3, generator.uniform(0.4, 0.7))
-        tone = 1 + 0.5 * cv2.GaussianBlur(grain, (0, 0), 6) + 0.06 * grain
-    return to_bytes(np.clip(color * np.asarray(tone)[..., None], 0, 1))
-
-
-def _furniture(
-    number: int,
-    generator: np.random.Generator,
-    back: tuple[float, float],
-    side: tuple[float, float],
-) -> tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]:
-    """Boxes in the room: skirting aside, a sofa or shelf at the wall, a picture or door on it; in
-    every third room something in front of the person."""
-    away, turn = back
-    found = []
-    color = generator.uniform(0.15, 0.85, 3)
-    x = float(generator.choice([-1, 1]) * generator.uniform(0.7, 1.4))
-    kind = number % 3
-    if kind == 0:
-        found.append(
-            ("sofa", np.array([x, 0.22, -away + 0.42]), np.array([0.7, 0.22, 0.38]), turn, color)
-        )
-        found.append(
-            ("sofa", np.array([x, 0.6, -away + 0.14]), np.array([0.7, 0.25, 0.1]), turn, color)
-        )
-    elif kind == 1:
-        found.append(
-            ("shelf", np.array([x, 0.75, -away + 0.18]), np.array([0.35, 0.75, 0.16]), turn, color)
-        )
-    else:
-        found.append(
-            (
-                "door",
-                np.array([x, 1.0, -away + 0.012]),
-                np.array([0.42, 1.0, 0.02]),
-                turn,
-                np.clip(color + 0.25, 0, 0.95),
-            )
-        )
-    picture = generator.uniform(0.2, 0.9, 3)
-    found.append(
-        (
-            "picture",
-            np.array([-x * 0.7, 1.55, -away + 0.02]),
-            np.array([0.3, 0.22, 0.012]),
-            turn,
-            picture,
-        )
-    )
-    if number % 3 == 2:
-        where = float(generator.choice([-1, 1]) * generator.uniform(0.2, 0.35))
-        found.append(
-            (
-                "table",
-                np.array([where, 0.21, 0.55]),
-                np.array([0.22, 0.21, 0.18]),
-                generator.uniform(-20, 20),
-                generator.uniform(0.2, 0.7, 3),
-            )
-        )
-    return tuple(found)
-
-
-def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Generator) -> RoomCase:
+def _rendered(
+    plan: RoomPlan, person: Surface, name: str, generator: np.random.Generator
+) -> RoomCase:
     mi = activate("auto", 1)
     width, height = plan.size
     room = _objects(mi, plan)
@@ -311,13 +151,13 @@ def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Gene
 
 
 def _tone(light: FloatArray) -> FloatArray:
-    """A soft shoulder above .7, as cameras have it."""
+    """Compress values above 0.7 smoothly, as cameras do."""
     light = np.maximum(light, 0)
     return np.where(light > 0.7, 0.7 + 0.3 * (1 - np.exp(-np.maximum(light - 0.7, 0) / 0.3)), light)
 
 
-def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
-    """Linear light (H, W, 3), denoised."""
+def _traced(mi: Any, plan: RoomPlan, objects: Mapping[str, Any]) -> FloatArray:
+    """Render linear light (H, W, 3), denoised."""
     scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
     color = np.array(
         mi.render(
@@ -343,9 +183,9 @@ def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
     return denoise(layers)
 
 
-def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArray:
-    """How much of each pixel (H, W) shows the things whose names begin with `name`: they alone are
-    white."""
+def _share(mi: Any, plan: RoomPlan, person: Surface | None, name: str) -> FloatArray:
+    """Return the fraction of each pixel (H, W) that shows objects whose names begin with `name`:
+    only they are white."""
     objects = {key: thing for key, thing in _objects(mi, plan).items() if "bsdf" in thing}
     objects = {
         key: {**thing, "bsdf": _paint(np.full(3, float(key.startswith(name))))}
@@ -366,8 +206,8 @@ def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArra
     return np.clip(found[..., -1], 0, 1)
 
 
-def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
-    """The camera."""
+def _sensor(mi: Any, plan: RoomPlan) -> dict[str, Any]:
+    """Return the camera as a Mitsuba dictionary."""
     width, height = plan.size
     look = mi.ScalarTransform4f().look_at(
         origin=plan.origin.tolist(), target=plan.target.tolist(), up=[0, 1, 0]
@@ -389,8 +229,8 @@ def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
     }
 
 
-def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
-    """Floor, ceiling, walls, furniture and lights as Mitsuba dictionaries."""
+def _objects(mi: Any, plan: RoomPlan) -> dict[str, Any]:
+    """Return floor, ceiling, walls, furniture and lights as Mitsuba dictionaries."""
     away, turn = plan.back
     side, beside = plan.side
     floor = mi.Bitmap(np.ascontiguousarray(plan.floor))
@@ -470,7 +310,7 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
 
 
 def _paint(color: FloatArray) -> dict[str, Any]:
-    """Matt paint of an sRGB color (3,)."""
+    """Return matte paint of an sRGB color (3,)."""
     return {
         "type": "twosided",
         "inside": {

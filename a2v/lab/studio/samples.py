@@ -25,11 +25,11 @@ class SurfaceSamples:
     points : (M, 3) float32
         Meters.
     normals : (M, 3) float32
-        Outwards, unit.
+        Outward, unit.
     colors : (M, 3) uint8
         sRGB: the texture's times the gain.
     visible : (M,) bool
-        Whether the photo shows the point: no thing hides it, nor does the border cut it off.
+        Whether the photo shows the point: no object occludes it, and it is inside the border.
     parts : (M,) int8
         Index into `a2v.body.PARTS`.
     """
@@ -57,9 +57,9 @@ def sample_surface(
     solid : Solid
         Of the scene.
     rays : RayScene
-        Of the person, and of the things around.
+        Rays of the person and of the objects around it.
     gain : (3,) float
-        Linear RGB, of the colors.
+        Gain of the colors, linear RGB.
     count : int
     generator : numpy Generator
     """
@@ -91,8 +91,8 @@ def _draw_on_faces(
     count: int,
     generator: np.random.Generator,
 ) -> tuple[IntArray, FloatArray]:
-    """Faces (n,) and barycentric coordinates (n, 2) of points uniform by area on the chosen
-    faces."""
+    """Draw points uniformly by area on the chosen faces: faces (n,) and barycentric coordinates (n,
+    2)."""
     corner = vertices[faces[chosen]].astype(np.float64)
     area = np.linalg.norm(
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
@@ -110,7 +110,10 @@ def sample_space(
     scene: Scene, solid: Solid, settings: StudioSettings, generator: np.random.Generator
 ) -> FloatArray:
     """Draw points (N, 3) float32, meters, near the outer surface and in the person's box, in random
-    order; shares as in the settings."""
+    order.
+
+    The settings have the fraction of each kind.
+    """
     vertices = scene.surface.vertices
     near, far = (
         round(settings.near_share * settings.points),

@@ -1,21 +1,19 @@
-"""The scene of one view: a person of some build, in some clothes and pose, before a camera, and the
-guide that a fit would have found."""
+"""The scene of one view: a person with a build, clothes and a pose in front of a camera, and the
+guide that a fit would find."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.lab.studio.avatars import Avatar
-from a2v.lab.studio.frames import MotionFrames
 from a2v.lab.studio.guide import Guide
-from a2v.lab.studio.guide_errors import disturb, girth_errors
-from a2v.lab.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
+from a2v.lab.studio.guide_errors import disturb_in_place, girth_errors
+from a2v.lab.studio.pose_source import PoseSource, draw_pose
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.solid import (
     OPEN_RAYS,
@@ -26,7 +24,6 @@ from a2v.lab.studio.solid import (
     smooth_normals,
     weld,
 )
-from a2v.lab.studio.stances import draw_stance
 from a2v.lab.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
 from a2v.lab.studio.things.framing import LEAST_LEFT, Square, share_left, unhidden
@@ -35,12 +32,13 @@ from a2v.lab.studio.view import PHOTO_SIZE
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 TRIES = 8
-"""At putting things so that enough of the person is left; then there are none."""
+"""Number of attempts to place objects so that enough of the person is visible. If all fail, there
+are no objects."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FaceKinds:
-    """What an avatar's faces are, (F,) bool each, and faces (C, 3) that close the wall: see
+    """Kinds of an avatar's faces, (F,) bool each, and faces (C, 3) that close the wall; see
     `Solid`."""
 
     outer: BoolArray
@@ -62,24 +60,24 @@ class Scene(Sitting):
     guide : (G, 3) float32
         Vertices of the guide.
     landmarks : (33, 3) float32
-        The person's BlazePose landmarks as a body model has them (no error of the guide moves
-        them).
+        The person's BlazePose landmarks, defined as in a body model, without errors of the guide.
     yaw : float
-        Degrees.
+        Turn of the person about the vertical, degrees.
     avatar : str
     pose : str
-        What the person does.
+        Name of the pose.
     guide_faces : (F, 3) int
         Of the guide.
     shown : Sitting, optional
-        The person among things, before the same camera: what the photo shows, where it shows any.
+        The person among objects, in front of the same camera: the content of the photo. None
+        without objects.
     clutter : Clutter
-        What was asked to be around the person.
+        The requested objects around the person.
     around : mapping
-        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and
-        the background is a drawn one.
+        The objects that are really around the person, by name, for `View.provenance`. Empty if
+        nothing occludes or cuts the person and the background is a drawn one.
     turn : float
-        By how many degrees the person has turned since the first photo of the scene; 0 in that one.
+        Angle by which the person has turned since the first photo of the scene, degrees.
     """
 
     parts: IntArray
@@ -110,8 +108,8 @@ class Scene(Sitting):
 
 
 def sort_faces(avatar: Avatar) -> FaceKinds:
-    """Sort an avatar's faces; the mouth's pocket is no wall of the solid, so that it counts as
-    filled."""
+    """Sort an avatar's faces. The pocket of the mouth is not a wall of the solid, so that it counts
+    as filled."""
     rest = avatar.skin(avatar.rest_transforms)
     wig = np.isin(
         avatar.mesh_ids,
@@ -139,42 +137,20 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
 
 @dataclass(frozen=True, eq=False)
 class Dressed:
-    """A person who can be photographed.
+    """A person with all data for photographs.
 
     Attributes
     ----------
     prepared : PreparedAvatar
     faces : FaceKinds
-        The avatar's `sort_faces`.
+        Result of `sort_faces` for the avatar.
     guide : Guide
-        Of the avatar's sex and outfit.
+        Guide of the avatar's sex and outfit.
     """
 
     prepared: PreparedAvatar
     faces: FaceKinds
     guide: Guide
-
-
-@dataclass(frozen=True, eq=False)
-class PoseSource:
-    """What poses are drawn from.
-
-    Attributes
-    ----------
-    library : PoseLibrary
-        Poses in action.
-    frames : MotionFrames, optional
-        All frames of the recordings: poses in action are drawn from these instead.
-    varied : callable, optional
-        Draws the poses of ``settings.varied``.
-    stance : str
-        Of `STANCES`, instead of all others; "" for none.
-    """
-
-    library: PoseLibrary
-    frames: MotionFrames | None = None
-    varied: Callable[[np.random.Generator], Pose] | None = None
-    stance: str = ""
 
 
 def draw_scene(
@@ -194,16 +170,17 @@ def draw_scene(
     ----------
     person, poses, settings, generator
     clutter, chance
-        What is around the person, and draws where: all else is drawn from `generator`, so that it
-        is as without, but for arms that hold.
-    again : of another photo of that person: by how many degrees they have turned, and what draws
-    pose and camera anew
+        Objects around the person, and the generator of their positions. All else is drawn from
+        `generator`, so that it is the same without objects, except for arms that hold one.
+    again : pair of float and numpy Generator, optional
+        For another photo of the same person: the turn in degrees, and the generator of its pose and
+        camera.
     """
     prepared, guide = person.prepared, person.guide
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     turn, generator = again or (0.0, generator)
-    pose, name, yaw = _draw_pose(poses, plain, settings, generator)
+    pose, name, yaw = draw_pose(poses, plain, settings, generator)
     placed = stand(
         outfit,
         pose | clutter.grip,
@@ -238,7 +215,7 @@ def draw_scene(
 
 
 def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) -> Surface:
-    """An avatar's surface elsewhere."""
+    """Return an avatar's surface with other vertices."""
     return Surface(
         vertices=vertices,
         faces=avatar.faces,
@@ -250,7 +227,7 @@ def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) 
 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
-    """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
+    """Return the camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
     `factor` meters."""
     aim = (-factor * origin).tolist()
     return {
@@ -264,9 +241,11 @@ def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, obj
 def _draw_guide(
     placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator
 ) -> FloatArray:
-    """The guide's vertices (G, 3) in the frame of the person, wrong as fits are."""
+    """Draw the guide's vertices (G, 3) in the frame of the person, with the errors of fits."""
     outfit, frame = placed.outfit, placed.frame
-    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
+    wrong = disturb_in_place(
+        outfit.avatar, placed.transforms, frame.axes[2], settings.guide, generator
+    )
     posed = guide.posed(
         outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong
     )
@@ -276,8 +255,8 @@ def _draw_guide(
 
 
 def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
-    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor`
-    meters."""
+    """Return the camera of a photo of the square, in coordinates around `origin` (3,) whose unit is
+    `factor` meters."""
     scale = square.fill * PHOTO_SIZE / square.extent / factor
     right, up = scale * factor * (square.middle - origin[:2])
     return OrthographicCamera(
@@ -287,10 +266,11 @@ def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCa
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """What a photo is of: a square of the frame, and things in the frame with their patterns, if
-    there are any; whether it is cut.
+    """Content of a photo: a square of the frame, and objects in the frame with their patterns, if
+    any.
 
-    `middle` (2,) is that of the person's box.
+    It also holds whether the border cuts the person, and `middle` (2,), the middle of the person's
+    box.
     """
 
     middle: FloatArray
@@ -299,7 +279,7 @@ class _Setting:
     cut: bool = False
 
     def around(self, clutter: Clutter) -> dict[str, object]:
-        """See `Scene`."""
+        """Return `Scene.around`."""
         found: dict[str, object] = {}
         if self.things is not None:
             found = {
@@ -314,8 +294,8 @@ class _Setting:
 def _set(
     placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None
 ) -> _Setting:
-    """Things around a person and the square that is photographed of them, such that enough of the
-    person is left."""
+    """Place objects around a person, and draw the photographed square, so that enough of the person
+    is visible."""
     avatar, seen = placed.outfit.avatar, placed.seen
     square = Square.around(seen, settings.fill)
     alone = _Setting(square.middle, square)
@@ -338,79 +318,9 @@ def _set(
 
 
 def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: float) -> Scene:
-    """The scene with the setting's things, whose coordinates become those of `_camera`."""
+    """Return the scene with the setting's objects, in the coordinates of `_camera`."""
     if setting.things is None:
         return scene
     thing, patterns = setting.things
     thing = dataclasses.replace(thing, vertices=factor * (thing.vertices - origin))
     return dataclasses.replace(scene, shown=among(scene, thing, patterns))
-
-
-def _draw_pose(
-    poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator
-) -> tuple[Pose, str, float]:
-    """A pose for an avatar, its name, and the turn about the vertical, degrees."""
-    if poses.stance:
-        pose, yaw = draw_stance(poses.stance, generator)
-        return pose, poses.stance, yaw
-    if poses.varied is not None and generator.random() < settings.varied:
-        pose, name = poses.varied(generator), "varied"
-    else:
-        recorded = partial(poses.frames.draw, avatar) if poses.frames else None
-        pose, name = _common_pose(poses.library, settings, generator, recorded)
-    return (
-        pose,
-        name,
-        float(
-            generator.normal(0, settings.yaw)
-            if generator.random() < settings.facing
-            else generator.uniform(-180, 180)
-        ),
-    )
-
-
-def _common_pose(
-    library: PoseLibrary,
-    settings: StudioSettings,
-    generator: np.random.Generator,
-    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None,
-) -> tuple[Pose, str]:
-    """A pose in action, between A and T, or natural, and its name."""
-    kind = generator.random()
-    if kind < settings.actions and recorded:
-        pose, name = recorded(generator)
-    elif kind < settings.actions:
-        index = int(generator.integers(len(library.actions)))
-        pose, name = library.pose(index), library.actions[index]
-    elif kind < settings.actions + settings.open:
-        pose, name = open_pose(generator), "open"
-    else:
-        pose, name = natural_pose(generator), "natural"
-    return joint_noise(pose, generator), name
-
-
-_ALIGNED = (
-    "Head",
-    *(
-        f"{side}{bone}"
-        for side in ("Left", "Right")
-        for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
-    ),
-)
-"""Bones whose heads a fit lays on the photo's joints."""
-
-
-def _disturb_in_place(
-    avatar: Avatar,
-    transforms: FloatArray,
-    view: FloatArray,
-    settings: StudioSettings,
-    generator: np.random.Generator,
-) -> FloatArray:
-    """`disturb`, then moved in the image plane: a fit that turns a bone moves the body until the
-    joints lie on the photo's again."""
-    wrong = disturb(avatar, transforms, view, settings.guide, generator)
-    aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
-    gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
-    wrong[:, :3, 3] -= gap - (gap @ view) * view
-    return wrong

@@ -1,4 +1,4 @@
-"""What the fast studio draws."""
+"""Settings of the fast studio."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from a2v.errors import InputError
 from a2v.lab.studio.guide_errors import GuideErrors
 
 VERSION = 1
-"""Of what a seed gives: raise it when views change, so that a folder never mixes two kinds."""
+"""Version of the views that a seed gives. Raise it when views change, so that a folder never mixes
+two kinds."""
 
 PEOPLE = ("avatars", "makehuman", "both")
 """Sources of people."""
@@ -16,23 +17,24 @@ PEOPLE = ("avatars", "makehuman", "both")
 
 @dataclass(frozen=True, kw_only=True)
 class StudioSettings:
-    """What the fast studio draws. Shares are of all views.
+    """Settings of the fast studio. Shares are fractions of all views.
 
     Attributes
     ----------
     seed : int
-        Of the data set.
+        Seed of the data set.
     actions : float
         Share of poses from recorded actions.
     open : float
         Share of T- and A-poses; all other people stand naturally.
     varied : float
-        Share of people in poses of the quick views' bank (`a2v.lab.studio.quick.poses`): rare ones
-        as often as common ones, limbs anywhere. The shares above are of the others.
+        Share of people in poses of the quick views' bank (`a2v.lab.studio.quick.poses`): rare poses
+        are as likely as common ones, and limbs point anywhere. The two shares above refer to all
+        other people.
     facing : float
-        Share of people who roughly face the camera; the others are turned anyhow.
+        Share of people who roughly face the camera; the others face any direction.
     yaw : float
-        Standard deviation of the turn of those who face it, degrees.
+        Standard deviation of the turn of people who face the camera, degrees.
     distance : tuple of 2 float
         Nearest and farthest camera, meters.
     height : tuple of 2 float
@@ -50,10 +52,10 @@ class StudioSettings:
     near_share : float
         Share of samples near the surface.
     far_share : float
-        Share of samples farther from it; the rest is uniform in the person's box with a margin of
-        10 cm.
+        Share of samples farther from the surface; the rest is uniform in the person's box with a
+        margin of 10 cm.
     same_avatar : int
-        Successive views that show one avatar (reading it is a part of the cost).
+        Number of successive views of one avatar (reading it takes a part of the time).
     things : float
         Share of people who hold something in their hands.
     furniture : float
@@ -66,8 +68,8 @@ class StudioSettings:
     backgrounds : str
         Folder of photographs that are used in addition to those of scikit-image; "" for none.
     people : str
-        Who is photographed: "avatars", "makehuman" (people drawn and dressed by
-        `a2v.lab.studio.makehuman`), or "both", by turns.
+        Source of the people: "avatars", "makehuman" (people drawn and dressed by
+        `a2v.lab.studio.makehuman`), or "both" in turns.
     guide : GuideErrors
     """
 
@@ -97,7 +99,7 @@ class StudioSettings:
 
     @property
     def surrounds(self) -> bool:
-        """Whether anything may be around a person, or cut them."""
+        """Whether anything may be around a person or cut it off."""
         return any((self.things, self.furniture, self.cut, self.photographs))
 
     def __post_init__(self) -> None:
@@ -120,8 +122,8 @@ class StudioSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
                 raise InputError(
-                    f"{name} is {pair}; expected two meters, the smaller one first and at least "
-                    f"{least}"
+                    f"{name} is {pair}; expected two numbers in meters, the smaller one first "
+                    f"and at least {least}"
                 )
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")

@@ -1,9 +1,8 @@
-"""People as solids: inside, outside and signed distance of open, layered meshes; and their warp
-into the photo's frame.
+"""People as solids: inside and signed distance of open, layered meshes, and the photo's frame.
 
 Avatars are open (the eyes' backs, wigs) and layered (a wig over the scalp, a mouth behind the
-lips). Inside is where the generalized winding number exceeds one half (Jacobson et al. 2013; fast
-evaluation: Barill et al. 2018), and distances are to the outer layer alone.
+lips). A point is inside if its generalized winding number exceeds one half (Jacobson et al. 2013;
+fast evaluation: Barill et al. 2018). Distances are measured only to the outer layer.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ INSIDE = 0.5
 """Winding number above which a point is inside."""
 
 _SHELL = (0.4, 0.75, 0.25)
-# An open shell (a wig) has a winding number of one half in the plane of its opening, which lies
-# before the face. Above the second number a point is inside, below the first it is not; in between
-# it is where no more than the third's share of directions is free.
+# An open shell (a wig) has a winding number of one half in the plane of its opening, which lies in
+# front of the face. A point is inside above the second number and outside below the first. Between
+# them it is inside if at most the third number's fraction of directions is free.
 
 
 def weld(vertices: FloatArray, tolerance: float = 1e-5) -> IntArray:
-    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` meters
-    share one."""
+    """Return the number of each vertex's place (V, 3): vertices closer than about `tolerance`
+    meters share one."""
     _, place = np.unique(
         np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True
     )
@@ -36,8 +35,8 @@ def weld(vertices: FloatArray, tolerance: float = 1e-5) -> IntArray:
 
 
 def smooth_normals(vertices: FloatArray, faces: IntArray, places: IntArray) -> FloatArray:
-    """Area-weighted unit normals (V, 3) float32, one for all vertices of a place (`weld`): seams of
-    the texture don't show."""
+    """Return area-weighted unit normals (V, 3) float32, the same for all vertices of a place
+    (`weld`), so that texture seams are invisible."""
     corner = vertices[faces].astype(np.float64)
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     index = places[faces].ravel()
@@ -50,8 +49,8 @@ def smooth_normals(vertices: FloatArray, faces: IntArray, places: IntArray) -> F
 
 
 def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
-    """Generalized winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed
-    mesh, in between near openings."""
+    """Return generalized winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a
+    closed mesh, in between near openings."""
     import igl
 
     mesh = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64)
@@ -61,15 +60,16 @@ def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) ->
 
 
 OPEN_RAYS = 24
-"""Rays of each face by which people's faces are sorted into those that are seen from somewhere and
-others."""
+"""Number of rays of each face by which people's faces are sorted into visible ones and others."""
 
 
 def open_faces(
     vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: float = 0.04, seed: int = 0
 ) -> BoolArray:
-    """Faces (F,) that see at least `share` of the hemisphere around their normal: not those of
-    mouths, scalps under wigs and eyes' backs."""
+    """Return the faces (F,) that see at least `share` of the hemisphere around their normal.
+
+    These exclude mouths, scalps under wigs and the backs of eyes.
+    """
     scene = RayScene(vertices, faces)
     normal = face_normals(vertices, faces)
     middle = vertices[faces].mean(axis=1)
@@ -82,17 +82,17 @@ def open_faces(
 
 
 def caps(faces: IntArray, places: IntArray) -> IntArray:
-    """Faces (C, 3) that close every hole of a mesh: fans over the loops of edges that one face
-    alone has.
+    """Return faces (C, 3) that close every hole of a mesh: fans over the loops of edges with only
+    one face.
 
-    `places` (V,) are `weld`'s: what meets in space has no hole in between. Loops that run through a
-    place twice are closed as they come.
+    `places` (V,) are the result of `weld`: there is no hole between parts that meet in space. A
+    loop that runs through a place twice is closed in the order in which it is found.
     """
     corner = places[faces]
     edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
     vertex = np.concatenate(
         [faces[:, 0], faces[:, 1], faces[:, 2]]
-    )  # one with the place of the edge's start
+    )  # with the place of the edge's start
     edges, vertex = edges[edges[:, 0] != edges[:, 1]], vertex[edges[:, 0] != edges[:, 1]]
     count = int(places.max()) + 1
     key, twin = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
@@ -124,21 +124,20 @@ class Solid:
     ----------
     vertices : (V, 3) meters, faces : (F, 3)
     wall : (F,) bool, optional
-        Faces that bound the solid for the winding number: leave out pockets (mouths) that shall
+        Faces that bound the solid for the winding number. Leave out pockets (mouths) that should
         count as filled.
     outer : (F,) bool, optional
-        Faces to which distances are measured. Of these, faces that another part of the person
-        covers (an arm pressed into the trunk) are left out as well: whose normal soon meets a wall
-        from within.
+        Faces to which distances are measured. Faces that another part of the person covers (an arm
+        pressed into the trunk) are left out, too: their normal soon meets a wall from inside.
     shell : (F,) bool, optional
-        Faces of an open shell over the solid (a wig), judged on their own; what is in either is
-        inside, and so is what both enclose.
+        Faces of an open shell over the solid (a wig), tested separately. A point inside either of
+        them, or enclosed by both, is inside.
     closing : (C, 3) int, optional
-        Faces that close all holes of the wall (`caps`): then inside is counted along a ray, which
-        is faster.
+        Faces that close all holes of the wall (`caps`). With them, inside is counted along a ray,
+        which is faster.
     layered : (F,) bool, optional
-        Faces of many thin layers (wigs, and what is below), for which the exact but slower question
-        is asked: whether a point just above them is inside.
+        Faces of many thin layers (wigs, and the faces below). For these the slower but exact test
+        is used: whether a point just above them is inside.
     """
 
     def __init__(
@@ -164,7 +163,7 @@ class Solid:
         self._all = RayScene(self.vertices, self.faces)
         candidates = np.arange(len(self.faces)) if outer is None else np.flatnonzero(outer)
         chosen = self.faces[candidates]
-        # whoever looks outwards from a covered face meets the inside of another part first
+        # an outward ray from a covered face first meets the inside of another part
         outwards = face_normals(self.vertices, chosen)
         met = self._all.cast(self.vertices[chosen].mean(axis=1) + 1e-3 * outwards, outwards)
         leaving = (face_normals(self.vertices, self.faces[met.face * met.hit]) * outwards).sum(
@@ -180,7 +179,7 @@ class Solid:
         self._scene = RayScene(self.vertices, self.faces[self.outer])
 
     def inside(self, points: FloatArray) -> BoolArray:
-        """Whether points (N, 3) are inside."""
+        """Return whether points (N, 3) are inside."""
         if self._closed is not None:
             inside = self._closed.crossings(points, face_normals(self.vertices, self._wall)) > 0
         else:
@@ -199,7 +198,8 @@ class Solid:
         return np.asarray(inside)
 
     def _openness(self, points: FloatArray, directions: int = 48) -> FloatArray:
-        """Share (N,) of directions, evenly over the sphere, in which nothing is met."""
+        """Return the fraction (N,) of directions, evenly over the sphere, in which nothing is
+        hit."""
         steps = np.arange(directions) + 0.5
         polar, around = np.arccos(1 - 2 * steps / directions), np.pi * (1 + 5**0.5) * steps
         sphere = np.stack(
@@ -211,7 +211,7 @@ class Solid:
         return np.asarray(1 - met.reshape(len(points), directions).mean(axis=1))
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
-        """Distance (N,) float32 to the outer layer, meters, negative inside."""
+        """Return the distance (N,) float32 to the outer layer, meters, negative inside."""
         order = coherent(points)
         distance = np.empty(len(points), np.float32)
         distance[order] = self._scene.closest(points[order]).distance
@@ -224,12 +224,12 @@ class PhotoFrame:
     of upright people.
 
     In the axes of the camera (x right, y up, z towards the camera), around the person's middle at
-    the distance d: ``x' = x d / (d - z)``, ``y' = y d / (d - z)``, so that whatever the camera sees
-    in one pixel has the same x' and y'. The depth is measured over the floor, ``z' = z cos p - y
-    sin p`` with the camera's pitch p: whoever stands upright does so in this frame too, however
-    high the camera. (A photo hardly shows its camera's pitch, and `a2v.body.fit_body` takes people
-    to be upright.) Along each ray z' grows with z, so that rays along -z' meet first what the
-    camera sees. Meters at the person's middle.
+    the distance d: ``x' = x d / (d - z)``, ``y' = y d / (d - z)``. So all points in one pixel of
+    the camera have the same x' and y'. The depth is measured over the floor, ``z' = z cos p - y sin
+    p`` with the camera's pitch p. So an upright person is upright in this frame, too, at any height
+    of the camera. (The pitch can hardly be seen in a photo, and `a2v.body.fit_body` assumes upright
+    people.) Along each ray z' grows with z, so that rays along -z' first meet the surface that the
+    camera sees. The unit is a meter at the person's middle.
 
     Attributes
     ----------
@@ -247,8 +247,8 @@ class PhotoFrame:
 
     @classmethod
     def looking(cls, middle: FloatArray, *, distance: float, height: float) -> PhotoFrame:
-        """A camera on +z of the person's middle, `distance` meters away (measured over the floor)
-        and `height` meters over the floor."""
+        """Return a camera on +z of the person's middle, `distance` meters away over the floor and
+        `height` meters above the floor."""
         camera = np.array([middle[0], height, middle[2] + distance])
         back = camera - middle
         reach = float(np.linalg.norm(back))
@@ -259,21 +259,21 @@ class PhotoFrame:
 
     @property
     def height(self) -> float:
-        """Of the camera over the floor, meters."""
+        """Height of the camera above the floor, meters."""
         return float(self.middle[1] + self.distance * self.axes[2, 1])
 
     @property
     def pitch(self) -> float:
-        """How far down the camera looks, radians."""
+        """Angle by which the camera looks down, radians."""
         return float(np.arcsin(self.axes[2, 1]))
 
     @property
     def over_floor(self) -> float:
-        """From the camera to `middle`, measured over the floor, meters."""
+        """Distance from the camera to `middle`, measured over the floor, meters."""
         return float(self.distance * self.axes[1, 1])
 
     def warp(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the world in the frame, float64."""
+        """Map points (..., 3) of the world to the frame, float64."""
         local = (points.astype(np.float64) - self.middle) @ self.axes.T
         zoom = self.distance / (self.distance - local[..., 2:])
         cosine, sine = self.axes[1, 1], self.axes[2, 1]

@@ -1,8 +1,7 @@
-"""Poses of people in action, composed by rule: what the benchmark photographs, and nothing learns
-from.
+"""Poses from actions, composed by rules, for the benchmark; they are not used for training.
 
-They come from no recorded motion, so that a bank of recorded poses (`a2v.body.pose_bank`) holds
-none of them.
+They do not come from recorded motion, so that a bank of recorded poses (`a2v.body.pose_bank`)
+contains none of them.
 """
 
 from __future__ import annotations
@@ -17,14 +16,14 @@ from a2v.types import FloatArray
 
 
 def draw_stance(name: str, generator: np.random.Generator) -> tuple[Pose, float]:
-    """A pose of the class `name`, one of `STANCES`, and the turn about the vertical in which it is
-    photographed, degrees."""
+    """Draw a pose of the class `name`, one of `STANCES`, and its turn about the vertical,
+    degrees."""
     pose, yaw = STANCES[name](generator)
     return joint_noise(pose, generator), yaw
 
 
 def _trunk(generator: np.random.Generator, bend: float, twist: float = 8.0) -> Pose:
-    """A trunk bent forward by `bend` degrees, the head half raised again."""
+    """Return a trunk bent forward by `bend` degrees, with the head half raised again."""
     turn = np.radians(np.array([bend, generator.normal(0, twist), generator.normal(0, 5)]))
     pose: Pose = {
         name: turn * share for name, share in (("Spine", 0.3), ("Spine1", 0.35), ("Spine2", 0.35))
@@ -38,8 +37,8 @@ def _trunk(generator: np.random.Generator, bend: float, twist: float = 8.0) -> P
 def _leg(
     side: str, sign: float, *, thigh: float, knee: float, spread: float = 5.0, foot: float = 0.0
 ) -> Pose:
-    """A leg by the degrees that its thigh is raised to the front, its knee bent, and the thigh
-    spread to the side."""
+    """Return a leg from the angles of its thigh to the front, of its knee, and of its thigh to the
+    side, degrees."""
     angles = np.radians([thigh, knee, spread, foot])
     return {
         f"{side}UpLeg": np.array([-angles[0], 0.0, sign * angles[2]]),
@@ -55,8 +54,10 @@ def _arm(
     fore: tuple[float, float, float],
     bend: float = 0.0,
 ) -> Pose:
-    """An arm by the directions of its segments (left: x outwards, y up, z to the front), level
-    although the trunk is bent by `bend` degrees."""
+    """Return an arm from the directions of its segments (left: x outward, y up, z to the front).
+
+    They are relative to the horizon although the trunk is bent by `bend` degrees.
+    """
     back = np.radians(-bend)
     tilt = np.array([[1, 0, 0], [0, np.cos(back), -np.sin(back)], [0, np.sin(back), np.cos(back)]])
     first, last = (tilt @ (np.asarray(direction) * [sign, 1, 1]) for direction in (upper, fore))
@@ -64,7 +65,7 @@ def _arm(
 
 
 def _either(generator: np.random.Generator) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Both sides, in any order."""
+    """Return both sides, in random order."""
     return SIDES if generator.random() < 0.5 else SIDES[::-1]
 
 

@@ -1,5 +1,5 @@
-"""Who stands before the camera: an avatar, prepared and dressed, posed on the ground, and what a
-photograph then shows."""
+"""A person in front of the camera: an avatar, prepared and dressed, posed on the ground, and the
+content of a photograph."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCa
 
 @dataclass(frozen=True, eq=False)
 class PreparedAvatar:
-    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its
-    vertices (`weld`)."""
+    """An avatar with everything that is independent of the view: its clothes, and the `places` (V,)
+    of its vertices (`weld`)."""
 
     avatar: Avatar
     clothes: Wardrobe
@@ -31,7 +31,7 @@ class PreparedAvatar:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sitting:
-    """A person in the photo's frame, before its camera: all that a photograph shows.
+    """A person in the photo's frame, in front of its camera: the content of a photograph.
 
     Attributes
     ----------
@@ -40,8 +40,8 @@ class Sitting:
     normals : (V, 3) float32
     camera : OrthographicCamera
     own : (int, int), optional
-        How many of the first vertices and faces are the person's; the others are things'. All of
-        them where it is None.
+        Number of first vertices and faces that are the person's; the others belong to objects.
+        None: all are the person's.
     """
 
     surface: Surface
@@ -51,24 +51,24 @@ class Sitting:
 
     @property
     def person_vertices(self) -> int:
-        """How many of the first vertices are the person's."""
+        """Number of first vertices that are the person's."""
         return len(self.surface.vertices) if self.own is None else self.own[0]
 
     def is_person(self, faces: IntArray) -> BoolArray:
-        """Whether faces, by their numbers (n,), are the person's."""
+        """Return whether faces with indices (n,) are the person's."""
         return np.asarray(faces < (len(self.surface.faces) if self.own is None else self.own[1]))
 
 
 @lru_cache(
     maxsize=2
-)  # reading an avatar is a part of a view's cost, and successive views show the same one
+)  # reading an avatar is a part of a view's cost, and successive views show the same avatar
 def prepare_avatar(path: str) -> PreparedAvatar:
-    """Read an avatar and find its clothes; the last two are kept.
+    """Read an avatar and find its clothes; the last two are cached.
 
     Raises
     ------
     InputError
-        As of `load_avatar`.
+        See `load_avatar`.
     """
     avatar = load_avatar(path)
     return PreparedAvatar(avatar, find_clothes(avatar), weld(avatar.skin(avatar.rest_transforms)))
@@ -76,15 +76,15 @@ def prepare_avatar(path: str) -> PreparedAvatar:
 
 @dataclass(frozen=True, eq=False)
 class Outfit:
-    """A person of some build in clothes of some colors.
+    """A person with a build, in clothes with colors.
 
     Attributes
     ----------
     prepared : PreparedAvatar
-        Who it is, as its file has it.
+        The person of the file.
     build : Build
     avatar : Avatar
-        With that build.
+        The avatar with that build.
     texture : (H, W, 3) uint8
         Albedo.
     """
@@ -108,7 +108,7 @@ def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Out
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """How a posed person stands on the ground before a camera.
+    """A posed person on the ground in front of a camera.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Stand:
     transforms : (B, 4, 4) float
         World-from-bone of the outfit's avatar.
     shift : (3,) float
-        From there to the ground, meters.
+        Shift from there to the ground, meters.
     frame : PhotoFrame
     seen : (V, 3) float64
         The person's vertices in the frame.
@@ -129,7 +129,7 @@ class Stand:
     seen: FloatArray
 
     def landmarks(self, guide: Guide) -> FloatArray:
-        """The person's landmarks (33, 3) in the frame."""
+        """Return the person's landmarks (33, 3) in the frame."""
         outfit = self.outfit
         return self.frame.warp(
             guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms)
@@ -151,7 +151,8 @@ def stand(
     Parameters
     ----------
     distance, height : 2 float
-        Between which the camera stands, meters: from the person's middle, and over the floor.
+        Ranges of the camera's distance from the person's middle and of its height above the floor,
+        meters.
     """
     transforms = _turn_about_vertical(outfit.avatar.bone_transforms(pose), yaw)
     person = outfit.avatar.skin(transforms)
@@ -166,9 +167,10 @@ def _draw_camera(
     heights: Sequence[float],
     generator: np.random.Generator,
 ) -> PhotoFrame:
-    """A camera aimed at the middle of a person (V, 3) who stands on the ground; see `stand`."""
+    """Draw a camera aimed at the middle of a person (V, 3) who stands on the ground; see
+    `stand`."""
     low, high = person.min(axis=0), person.max(axis=0)
-    # near cameras are as likely as far ones in terms of the perspective that they give
+    # uniform in the strength of the perspective: near cameras are as likely as far ones
     nearest, farthest = distances
     distance = 1 / generator.uniform(1 / farthest, 1 / nearest)
     return PhotoFrame.looking(
@@ -177,7 +179,7 @@ def _draw_camera(
 
 
 def _turn_about_vertical(transforms: FloatArray, yaw: float) -> FloatArray:
-    """World-from-bone transforms (B, 4, 4) of the person turned by `yaw` degrees, positive to the
+    """Turn world-from-bone transforms (B, 4, 4) of the person by `yaw` degrees, positive to the
     person's left."""
     whole = np.eye(4)
     whole[:3, :3] = np.asarray(rotvec_to_rotmat(np.array([0.0, np.radians(yaw), 0.0])))

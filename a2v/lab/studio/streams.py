@@ -1,5 +1,5 @@
-"""Random streams of the studio: what is drawn beside a seed, a split and an index, so that one draw
-never shifts another."""
+"""Random streams of the studio. Each kind of draw has its own generator, so that one draw never
+changes another."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from enum import IntEnum
 
 
 class Stream(IntEnum):
-    """The last number of a generator's seed; a value never changes, for shipped weights and pinned
-    photos hang on it."""
+    """The last number of a generator's seed. Values must not change: shipped weights and fixed
+    photos depend on them."""
 
     ORDER = 1
     """The order of the people."""
     PHOTO = 2
     """Light and lens of a photo."""
     THINGS = 3
-    """Things in the hands, furniture, and where the picture's border cuts a person."""
+    """Objects in the hands, furniture, and the position of the picture's border if it cuts a
+    person."""
     BACKDROP = 4
     """The photograph behind a person."""
     AGAIN = 5

@@ -1,7 +1,8 @@
-"""The fast studio: training views of the reconstruction by ray casting, some a second on one core.
+"""The fast studio: training views of the reconstruction by ray casting, some per second on one
+core.
 
-`Studio.open(...)` prepares poses and guides in the data set's folder; `Studio.view(split, index)`
-makes one `View` from (seed, split, index) alone.
+`Studio.open(...)` prepares poses and guides in the data set's folder. `Studio.view(split, index)`
+makes one `View` that depends only on (seed, split, index).
 """
 
 from __future__ import annotations
@@ -20,15 +21,17 @@ from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and
 from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
+from a2v.lab.studio.makehuman.dressing import Dresser, dress
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import Dresser, Wardrobes, dress
+from a2v.lab.studio.makehuman.people import Wardrobes
 from a2v.lab.studio.photograph import Around, Photograph, light_scene, photograph_scene
+from a2v.lab.studio.pose_source import PoseSource
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.poses import draw_pose
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.lab.studio.samples import sample_space, sample_surface
-from a2v.lab.studio.scene import Dressed, FaceKinds, PoseSource, Scene, draw_scene, sort_faces
+from a2v.lab.studio.scene import Dressed, FaceKinds, Scene, draw_scene, sort_faces
 from a2v.lab.studio.settings import VERSION, StudioSettings
 from a2v.lab.studio.stand import Sitting, prepare_avatar
 from a2v.lab.studio.streams import Stream
@@ -49,7 +52,7 @@ class Studio:
     guides : mapping of key (`guide_key`) to Guide
     settings : StudioSettings
     dresser : Dresser, optional
-        Makes the people who are no avatars, if the settings want some.
+        Makes the people of MakeHuman, if the settings include some.
     data : path, optional
         Folder with MakeHuman's archive, for people with a name (`NAMED_PEOPLE`).
     bank : PoseBank, optional
@@ -88,13 +91,14 @@ class Studio:
     def open(
         cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings
     ) -> Studio:
-        """The studio of a data set's folder: its pose library and guides are made there at the
-        first time (minutes), then read.
+        """Open the studio of a data set's folder.
+
+        Its pose library and guides are made there at the first call (minutes), and later read.
 
         Parameters
         ----------
         folder : path
-            Of the data set.
+            Folder of the data set.
         data : path
             Folder with ``avatars/`` and the motion data.
 
@@ -118,7 +122,8 @@ class Studio:
         )
 
     def _path(self, split: str, index: int) -> Path:
-        """Every avatar of the split once, in an order of its own for each round."""
+        """Return the path of a view's avatar: every avatar of the split once per round, in another
+        order for each round."""
         paths = self.paths[split]
         if not paths:
             raise InputError(
@@ -132,7 +137,7 @@ class Studio:
         return paths[int(order[block % len(paths)])]
 
     def avatar_of(self, split: str, index: int) -> str:
-        """Name of the avatar of a view.
+        """Return the name of the avatar of a view.
 
         Raises
         ------
@@ -147,32 +152,34 @@ class Studio:
         )
 
     def _dresser_of(self, index: int) -> Dresser | None:
-        """Who makes the person of a view; None for the avatars. Of "both" every other block of
-        views is theirs."""
+        """Return the dresser of a view's person; None for the avatars. For "both" every other block
+        of views has a dresser."""
         block = index // self.settings.same_avatar
         return self._dresser if self.settings.people != "both" or block % 2 else None
 
     def scene(
         self, split: str, index: int, *, avatar: str = "", stance: str = "", turn: float = 0.0
     ) -> Scene:
-        """The person and the guide of a view; the same numbers give the same scene.
+        """Make the scene of a view: the person and the guide. The same arguments give the same
+        scene.
 
         Parameters
         ----------
         avatar : str
-            Who is photographed, instead of whom the number says: it depends on how many avatars
-            there are. Of MakeHuman's people it is one of `NAMED_PEOPLE`.
+            Name of the person. Default: chosen by the index and the number of avatars. For
+            MakeHuman's people it is one of `NAMED_PEOPLE`.
         stance : str
-            A class of `STANCES` that the pose is drawn from.
+            Class of `STANCES` from which the pose is drawn.
         turn : float
-            Another photo of the same person in the same clothes, who has turned by so many degrees
-            more (positive to their left): pose and camera are drawn anew. 0 for the first photo.
+            For another photo of the same person in the same clothes: the turn since the first
+            photo, degrees (positive to the person's left). Pose and camera are drawn again. 0 for
+            the first photo.
 
         Raises
         ------
         InputError
-            No avatar belongs to the split, there is none of that name, its file is broken, it has
-            no guide, or MakeHuman's archive is missing.
+            The split has no avatar, the name is unknown, the avatar's file is broken, it has no
+            guide, or MakeHuman's archive is missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
         poses = PoseSource(self.library, varied=self._varied(split), stance=stance)
@@ -202,12 +209,12 @@ class Studio:
         return draw(Dressed(prepared, self._faces[path.stem], self._guide(path.stem)), poses)
 
     def _again(self, split: str, index: int, turn: float) -> list[int]:
-        """The first numbers of the seed of a view, or of another photo of its person."""
+        """Return the first numbers of the seed of a view, or of another photo of its person."""
         first = [self.settings.seed, SPLITS.index(split), index]
         return [*first, 1 + round(turn) % 360] if turn else first
 
     def _clutter(self, generator: np.random.Generator) -> Clutter:
-        """What is around somebody, by the settings' shares."""
+        """Draw the objects around a person, by the settings' shares."""
         settings = self.settings
         return Clutter.draw(
             generator,
@@ -218,7 +225,7 @@ class Studio:
         )
 
     def _named_person(self, name: str) -> Dressed:
-        """One of `NAMED_PEOPLE`; the last one is kept."""
+        """Return one of `NAMED_PEOPLE`; the last one is cached."""
         if self._last is None or self._last[0] != name:
             if self._data is None:
                 raise InputError(
@@ -229,7 +236,7 @@ class Studio:
         return self._last[1]
 
     def _varied(self, split: str) -> Callable[[np.random.Generator], Pose] | None:
-        """Draws poses of the bank, if there is one."""
+        """Return a function that draws poses of the bank; None without a bank."""
         if self._bank is None:
             return None
         return partial(draw_pose, self._bank, split, QuickSettings(natural=0.0, open=0.0))
@@ -243,18 +250,19 @@ class Studio:
         )
 
     def truth(self, split: str, index: int) -> Surface:
-        """The person of a view as a textured mesh (albedo) in the photo's frame: what
-        reconstructions are compared with."""
+        """Return the person of a view as a textured mesh (albedo) in the photo's frame: the ground
+        truth of reconstructions."""
         return self.scene(split, index).surface
 
     def view(self, split: str, index: int, scene: Scene | None = None) -> View:
-        """View `index` of a split; the same settings, split and index give the same view. `scene`
-        is its `scene`, if it was made before.
+        """Make view `index` of a split; the same settings, split and index give the same view.
+
+        `scene` is the view's scene, if it has been made already.
 
         Raises
         ------
         InputError
-            As of `scene`.
+            See `scene`.
         """
         settings, scene = self.settings, scene or self.scene(split, index)
         generator = np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
@@ -321,7 +329,7 @@ class Studio:
         if key not in self.guides:
             raise InputError(
                 f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data "
-                "set's folder to make them anew"
+                "set's folder to make them again"
             )
         return self.guides[key]
 
@@ -353,7 +361,7 @@ def _photograph(
 def _see_both_sides(
     rays: RayScene, normals: FloatArray, scene: Scene, size: int
 ) -> tuple[SideView, SideView]:
-    """A mesh from the front and through from the back, `size` pixels a side."""
+    """Render a mesh from the front and, through it, its back, `size` pixels a side."""
     fore, rear = (
         side_view(rays, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1)
     )
@@ -361,7 +369,8 @@ def _see_both_sides(
 
 
 def _see_parts(scene: Scene, fore: SideView) -> IntArray:
-    """Body part (512, 512) int8 of the nearest corner of what each pixel sees; -1 outside."""
+    """Return the body part (512, 512) int8 of the nearest corner of each pixel's hit; -1
+    outside."""
     hit = fore.hits.hit
     corners = scene.parts[scene.surface.faces[fore.hits.face[hit]]]
     weights = np.concatenate(
@@ -373,5 +382,5 @@ def _see_parts(scene: Scene, fore: SideView) -> IntArray:
 
 
 def _pack(normals: FloatArray) -> IntArray:
-    """Unit normals as int8, 127 is 1."""
+    """Return unit normals as int8, where 127 is 1."""
     return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)

@@ -1,4 +1,4 @@
-"""Textures asked at hits of rays."""
+"""Sampling of textures at hits of rays."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 
 def sample_bilinear(image: np.ndarray, at: FloatArray) -> FloatArray:
-    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the center of the
-    first pixel at (0, 0)."""
+    """Sample an image (H, W, C) bilinearly at columns and rows (n, 2) float32; returns (n, C).
+
+    The center of the first pixel is (0, 0).
+    """
     import cv2
 
-    width = 4096  # OpenCV's maps are images: at most 32767 a side
+    width = 4096  # OpenCV's maps are images of at most 32767 pixels a side
     rows = -(-len(at) // width)
     padded = np.zeros((rows * width, 2), np.float32)
     padded[: len(at)] = at
@@ -33,7 +35,7 @@ _LINEAR = srgb_to_linear(np.arange(256) / 255)
 
 
 def texture_of(surface: Surface) -> tuple[FloatArray, ByteArray]:
-    """Texture coordinates (F, 3, 2) and texture (H, W, 3) uint8 of a surface that has them.
+    """Return the texture coordinates (F, 3, 2) and the texture (H, W, 3) uint8 of a surface.
 
     Raises
     ------
@@ -46,8 +48,8 @@ def texture_of(surface: Surface) -> tuple[FloatArray, ByteArray]:
 
 
 def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> FloatArray:
-    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,),
-    bilinear.
+    """Sample the texture bilinearly at barycentric coordinates (n, 2) of faces (n,); linear light
+    (n, 3) float32.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Variety: avatars of other build, and in clothes of other colors."""
+"""Variation of avatars: other builds, and clothes of other colors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VALIDATION_IDENTITIES: tuple[str, ...] = (
     "NHPI_M_1",
     "White_M_3",
 )
-"""People who are never in training data, in any of their outfits."""
+"""People who are not in training data, in any of their outfits."""
 
 REPORT_IDENTITIES: tuple[str, ...] = (
     "X_AIAN_F_1",
@@ -31,16 +31,17 @@ REPORT_IDENTITIES: tuple[str, ...] = (
     "X_NHPI_F_3",
     "X_NHPI_M_1",
 )
-"""People who are in no training data either, and on whom nothing is tried: for final figures."""
+"""More people who are not in training data. They are only used for final figures, never during
+development."""
 
 VALIDATION_OUTFITS: tuple[str, ...] = ("Medi",)
-"""Outfits that are never in training data, on whomever."""
+"""Outfits that are not in training data, on any person."""
 
 SPLITS: tuple[str, ...] = ("training", "validation")
 
 
 def split_of(avatar: str) -> str:
-    """The split, one of `SPLITS`, of the avatar of that name
+    """Return the split, one of `SPLITS`, of the avatar of that name
     (``<group>_<F|M>_<number>_<outfit>``)."""
     identity, _, outfit = avatar.rpartition("_")
     return (
@@ -52,12 +53,12 @@ def split_of(avatar: str) -> str:
 
 @dataclass(frozen=True)
 class Build:
-    """How a person's build differs from the avatar's.
+    """Difference of a person's build from the avatar's.
 
     Attributes
     ----------
     height : float
-        Factor of everything.
+        Factor of the whole body.
     length, girth : mapping of segment name to float
         Factors of segments along and across their bones: parts of the body without their side
         ("torso", "thigh"...); 1 where absent.
@@ -69,7 +70,7 @@ class Build:
 
     @classmethod
     def draw(cls, generator: np.random.Generator) -> Build:
-        """A plausible build: height within 8 %, limbs and girth by a few per cent."""
+        """Draw a plausible build: height within 8 %, limbs and girth by a few per cent."""
         names = ("torso", "neck", "upper_arm", "lower_arm", "hand", "thigh", "shin", "foot")
         legs, arms, stout = (
             generator.normal(0, 0.02),
@@ -85,7 +86,7 @@ class Build:
         return cls(float(generator.uniform(0.92, 1.08)), length, girth)
 
     def thicker(self, factors: Mapping[str, float]) -> Build:
-        """The same lengths with other girths: times `factors` by segment."""
+        """Return a build with the same lengths and girths multiplied by `factors` per segment."""
         return dataclasses.replace(
             self,
             girth={
@@ -96,13 +97,13 @@ class Build:
 
 
 def segment_of(bone: str) -> str:
-    """The segment of a `Build` that a bone of the avatars' rig belongs to."""
+    """Return the segment of a `Build` that a bone of the avatars' rig belongs to."""
     return avatar_part(bone).removeprefix("left_").removeprefix("right_")
 
 
 def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
-    """Linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), meters, that give the
-    avatar's rest pose another build."""
+    """Return linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), meters, that give
+    the avatar's rest pose another build."""
     heads = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     children: dict[int, int] = {}
     for bone, parent in enumerate(avatar.bone_parents):
@@ -129,12 +130,12 @@ def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
 
 
 def rebuild(avatar: Avatar, build: Build) -> Avatar:
-    """The avatar with another build; its rest pose is still the T-pose."""
+    """Return the avatar with another build; its rest pose is still the T-pose."""
     maps, moved = stretch(build, avatar)
     heads = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     own = avatar.bones
     influences = np.einsum("vkij,vkj->vki", maps[own], avatar.influences - heads[own]) + moved[own]
-    # a stretched mesh is one surface again: what its bones make of it together
+    # a stretched mesh has one rest position per vertex again: the blend over its bones
     blended = np.einsum("vk,vki->vi", avatar.weights, influences)
     rest = avatar.rest_transforms.copy()
     rest[:, :3, 3] = moved
@@ -146,15 +147,15 @@ def rebuild(avatar: Avatar, build: Build) -> Avatar:
 
 
 def part_map(avatar: Avatar) -> IntArray:
-    """Body part (H, W) int8 of the texels of an avatar's texture; -1 where no face is, or one of a
-    wig or an eye."""
+    """Return the body part (H, W) int8 of the texels of an avatar's texture; -1 outside faces, and
+    on wigs and eyes."""
     body = np.flatnonzero(avatar.mesh_ids == np.bincount(avatar.mesh_ids).argmax())
     return paint_faces(avatar, body, avatar.parts[avatar.faces[body, 0]])
 
 
 def paint_faces(avatar: Avatar, chosen: IntArray, values: IntArray) -> IntArray:
-    """The values (n,) of `chosen` faces (n,) on the texels (H, W) int8 of an avatar's texture that
-    they cover; -1 elsewhere."""
+    """Paint the values (n,) of `chosen` faces (n,) on the texels (H, W) int8 of an avatar's
+    texture; -1 elsewhere."""
     import cv2
 
     height, width = avatar.texture.shape[:2]
@@ -169,7 +170,7 @@ def paint_faces(avatar: Avatar, chosen: IntArray, values: IntArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class Wardrobe:
-    """Where an avatar's texture shows clothes.
+    """The texels of an avatar's clothes.
 
     Attributes
     ----------
@@ -178,9 +179,9 @@ class Wardrobe:
     lab : (n, 3) float32
         Their CIELAB colors (L 0 to 100).
     opacity : (n,) float32
-        How surely they are clothes and not skin.
+        Probability that they are clothes and not skin.
     cluster : (n,) int
-        Group of alike colors.
+        Group of similar colors.
     region : (n,) int
         0 upper body, 1 legs, 2 feet.
     """
@@ -200,8 +201,11 @@ _REGION_OF_PART = np.array(
 
 
 def find_clothes(avatar: Avatar) -> Wardrobe:
-    """Clothes are what lies below the head and is of another color than the person's hands and
-    face (cheap, and good enough)."""
+    """Find an avatar's clothes: the texels below the head whose color differs from the person's
+    hands and face.
+
+    This is fast and sufficient.
+    """
     import cv2
 
     part = part_map(avatar)
@@ -217,7 +221,7 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
     distance = np.sqrt((apart**2).sum(axis=-1)).min(axis=1)
     seen = np.zeros(part.shape, np.uint8)
     seen[rows, columns] = np.rint(255 * np.clip((distance - 9) / 9, 0, 1))
-    seen = cv2.medianBlur(seen, 9)  # specks of skin's color are worn cloth
+    seen = cv2.medianBlur(seen, 9)  # specks of skin color are worn cloth
     opacity = cv2.GaussianBlur(seen, (0, 0), 1.0)[rows, columns] / np.float32(255)
     keep = opacity > 0.02
     return sort_clothes(part, rows[keep], columns[keep], own[keep], opacity[keep])
@@ -226,8 +230,11 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
 def sort_clothes(
     part: IntArray, rows: IntArray, columns: IntArray, own: FloatArray, opacity: FloatArray
 ) -> Wardrobe:
-    """The wardrobe of texels of clothes, rows and columns (n,) of a `part_map` (H, W), with their
-    CIELAB colors (n, 3) and opacity (n,)."""
+    """Make the wardrobe of texels of clothes.
+
+    `rows` and `columns` (n,) are texels of a `part_map` (H, W), with their CIELAB colors (n, 3) and
+    opacity (n,).
+    """
     import cv2
 
     if len(own) < 100:
@@ -246,8 +253,10 @@ def sort_clothes(
 
 
 def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generator) -> ByteArray:
-    """The texture (H, W, 3) with other colors, and sometimes a pattern, on the clothes; skin, hair
-    and shoes' details stay."""
+    """Return the texture (H, W, 3) with other colors, and sometimes a pattern, on the clothes.
+
+    Skin, hair and details of shoes are unchanged.
+    """
     import cv2
 
     if not len(clothes.rows) or generator.random() < 0.15:
@@ -279,7 +288,7 @@ def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generato
 
 
 def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) -> FloatArray:
-    """Stripes, checks, dots or blots: changes of color (n, 3) in CIELAB."""
+    """Draw stripes, checks, dots or blots: changes of color (n, 3) in CIELAB."""
     import cv2
 
     change = np.array([generator.normal(0, 22), generator.normal(0, 14), generator.normal(0, 14)])
@@ -300,7 +309,7 @@ def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) 
     else:
         coarse = generator.standard_normal((48, 48)).astype(np.float32)
         smooth = cv2.resize(coarse, (512, 512), interpolation=cv2.INTER_CUBIC)
-        # whoever wears nothing there has no texels, but the same numbers are drawn
+        # a person without such clothes has no texels, but the same random numbers are drawn
         amount = (
             smooth[
                 (rows * 512 // (rows.max(initial=0) + 1)),

@@ -1,5 +1,5 @@
-"""One training view of the reconstruction: a photo, the truth behind it, samples of it, and the
-guide body."""
+"""One training view of the reconstruction: a photo, its ground truth, samples of it, and the guide
+body."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 PHOTO_SIZE = 1024
-"""Pixels a side of a photo."""
+"""Side of a photo, pixels."""
 MAP_SIZE = 512
-"""Pixels a side of its maps."""
+"""Side of its maps, pixels."""
 GUIDE_SIZE = 256
-"""Pixels a side of the guide's maps."""
+"""Side of the guide's maps, pixels."""
 
 _MAPS = {
     "mask": (PHOTO_SIZE, np.uint8),
@@ -39,7 +39,7 @@ _OPTIONAL = "things"
 
 
 def _decode_once(name: str) -> cached_property[np.ndarray]:
-    """The property of a `View` that is its map of that name."""
+    """Return the property of a `View` for the map of that name."""
 
     def decode(view: View) -> np.ndarray:
         return view.map(name)
@@ -49,11 +49,11 @@ def _decode_once(name: str) -> cached_property[np.ndarray]:
 
 @dataclass(frozen=True, kw_only=True)
 class View(Record):
-    """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z,
+    """A synthetic photo with its ground truth, in the photo's frame: an orthographic view along -z,
     meters, y up, z = 0 at the guide's mean.
 
-    Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for,
-    each by the property of its name:
+    Pictures are stored encoded (JPEG, PNG) in `encoded` and decoded at their first use, each by the
+    property of its name:
 
     - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, where it shows the person: 255
       inside, soft at the rim.
@@ -67,10 +67,10 @@ class View(Record):
     - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`,
       `guide_depth_back` (256, 256) float16.
 
-    Normals, depths and parts are the whole person's, as if there were no things: `hidden` says
-    where the photo shows something else instead. What its border cuts off is in the samples alone.
-    All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 /
-    s, v = (i + 0.5) 1024 / s.
+    Normals, depths and parts are those of the whole person, as if there were no objects; `hidden`
+    marks the pixels where the photo shows an object instead. Parts beyond the border are only in
+    the samples. All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j +
+    0.5) 1024 / s, v = (i + 0.5) 1024 / s.
 
     Attributes
     ----------
@@ -89,22 +89,21 @@ class View(Record):
     surface_normals : (M, 3) int8, surface_colors : (M, 3) uint8
         Outward normals; sRGB colors: the texture's in the photo's mean light.
     surface_visible : (M,) bool
-        Whether the photo shows the point: things may hide it, and the border cut it off.
+        Whether the photo shows the point: objects may occlude it, and the border may cut it off.
     surface_parts : (M,) int8
         Index into `a2v.body.PARTS`.
     surface_guide_distance : (M,) float16, surface_guide_normals : (M, 3) int8
-        As of `points`.
+        The same as for `points`.
     guide_vertices : (G, 3) float32
         The guide body; its faces are in the data set's ``guide.npz``.
     avatar : str
     gain : (3,) float32
-        Linear RGB: mean irradiance over pi on what the photo sees of the person. ``surface_colors``
+        Linear RGB: mean irradiance over pi on the visible part of the person. ``surface_colors``
         are the texture times this.
     yaw : float
-        How far the person is turned about the vertical, degrees; positive towards the person's
-        left.
+        Turn of the person about the vertical, degrees; positive toward the person's left.
     seed, index : int
-        Of the data set, and the view's number in its split.
+        Seed of the data set, and index of the view in its split.
     split : str
     """
 
@@ -155,7 +154,7 @@ class View(Record):
             )
 
     def forget_pictures(self) -> None:
-        """Drop what was decoded; it is decoded again when it is asked for."""
+        """Drop the decoded pictures; they are decoded again at their next use."""
         for name in ("image", *_MAPS):
             vars(self).pop(name, None)
 
@@ -169,7 +168,7 @@ class View(Record):
         )
 
     def map(self, name: str) -> np.ndarray:
-        """A picture other than the photo, by name.
+        """Return a picture other than the photo, by name.
 
         Raises
         ------
@@ -195,19 +194,19 @@ class View(Record):
 
     @property
     def surrounded(self) -> bool:
-        """Whether something may hide the person, or the border cut them."""
+        """Whether something may occlude the person, or the border may cut it off."""
         return _OPTIONAL in self.encoded
 
     @cached_property
     def things(self) -> ByteArray:
-        """(1024, 1024) uint8; zeros where nothing is around the person."""
+        """(1024, 1024) uint8; zeros if no objects are around the person."""
         return (
             self.map(_OPTIONAL) if self.surrounded else np.zeros((PHOTO_SIZE, PHOTO_SIZE), np.uint8)
         )
 
     @property
     def hidden(self) -> BoolArray:
-        """Pixels (512, 512) of the maps at which a thing hides the person, mostly."""
+        """Pixels (512, 512) of the maps at which an object covers more than the person."""
         return hidden_by(self.things, self.mask, self.depth_front)
 
     mask = _decode_once("mask")
@@ -223,13 +222,14 @@ class View(Record):
 
 
 def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolArray:
-    """Pixels (S, S) at which a photo shows less of a person than of things: of those with a depth
-    `front` (S, S), NaN outside.
+    """Return the pixels (S, S) at which a photo shows less of a person than of objects.
+
+    Only pixels with a depth `front` (S, S) count; it is NaN outside.
 
     Parameters
     ----------
     things, mask : (H, H)
-        How much of a pixel of the photo is theirs; H is a multiple of S.
+        Their coverage of each pixel of the photo; H is a multiple of S.
     """
     size = len(front)
     whole, own = (
@@ -242,8 +242,8 @@ def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolAr
 def encode_pictures(
     image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless); only `things`
-    may be missing."""
+    """Return `View.encoded` from a photo, the quality of its JPEG, and the maps (lossless). Only
+    `things` may be missing."""
     import cv2
 
     encoded = {
@@ -260,12 +260,12 @@ def encode_pictures(
 
 
 def view_path(folder: str | os.PathLike[str], split: str, index: int) -> Path:
-    """Where a data set keeps a view."""
+    """Return the path of a view in a data set's folder."""
     return Path(folder) / "views" / split / f"{index:06d}.npz"
 
 
 def list_views(folder: str | os.PathLike[str], split: str) -> list[Path]:
-    """The finished views of a split, sorted.
+    """List the finished views of a split, sorted.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Work by several processes, each on one core."""
+"""Parallel work by several processes, each on one core."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ T = TypeVar("T")
 
 
 def check_counts(counts: Mapping[str, int], workers: int) -> None:
-    """Refuse what cannot be made: views of unknown splits, fewer than none, or by no process.
+    """Check the requested numbers of views and processes.
 
     Raises
     ------
     InputError
-        Which.
+        A split is unknown, a number of views is negative, or there is no process.
     """
     if unknown := [split for split in counts if split not in SPLITS]:
         raise InputError(f"unknown split '{unknown[0]}'; choose from {', '.join(SPLITS)}")
@@ -30,17 +30,17 @@ def check_counts(counts: Mapping[str, int], workers: int) -> None:
 def work_through(
     work: Callable[[T], object], items: Sequence[T], workers: int, *, together: int = 1
 ) -> Iterator[None]:
-    """Call `work` with each item; yields after each, in their order.
+    """Call `work` with each item, and yield after each, in their order.
 
     Parameters
     ----------
     work : callable
-        One that processes can be sent: a module's function, or a `functools.partial` of one. What
-        it opens it has to keep itself.
+        It must be picklable: a function of a module, or a `functools.partial` of one. It has to
+        cache what it opens itself.
     workers : int
-        Processes; with 1 the work is done in this one.
+        Number of processes; with 1 the work is done in this process.
     together : int
-        Successive items that go to one process.
+        Number of successive items that go to the same process.
     """
     if workers == 1:
         for item in items:
@@ -50,7 +50,7 @@ def work_through(
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
-    # forkserver, since open3d holds threads
+    # forkserver, because open3d starts threads
     start_fork_server()
     with ProcessPoolExecutor(
         workers, mp_context=multiprocessing.get_context(start_method()), initializer=_use_one_thread

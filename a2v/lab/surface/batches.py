@@ -1,4 +1,4 @@
-"""Batches for the networks out of the studio's views."""
+"""Training batches for the networks, from the studio's views."""
 
 from __future__ import annotations
 
@@ -26,21 +26,20 @@ from a2v.reconstruction.implicit.inputs import (
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 LARGEST_SHIFT = 0.15
-"""Maps that are farther off than this, meters, are not followed: they have just begun to learn."""
+"""Maps with larger errors than this, meters, are not followed: they are at the start of their
+training."""
 FAR = 0.04
-"""Points farther from the surface than this, meters, are drawn twice as often as they were
-sampled."""
+"""Points farther from the surface than this, meters, are drawn with twice the probability."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What is decoded of a view once, in small types: some megabytes, kept in memory by
-    `ViewReader`.
+    """A decoded view in small types: some megabytes, cached by `ViewReader`.
 
     Attributes
     ----------
     view : View
-        `framed`, if something may hide the person or the border cuts them.
+        The view; `framed` if an object may occlude the person or the border may cut it.
     image : (512, 512, 3) uint8
     mask : (512, 512) uint8
     guide : (10, 256, 256) float16
@@ -48,7 +47,7 @@ class Prepared:
     normals : (6, 256, 256) float16
         True normals of front and back, 0 outside.
     depth : (2, 256, 256) float16
-        True depths, NaN outside and where a pixel holds an edge.
+        True depths, NaN outside and at pixels with an edge.
     nearest : (2, 256, 256) int16
         Row and column of the nearest pixel with true depths.
     guide_faces : (F, 3) int32
@@ -65,14 +64,14 @@ class Prepared:
     guide_faces: IntArray
 
     def guide_mesh(self) -> GuideMesh:
-        """The guide; built again each time (12 ms), since Open3D 0.20 crashes with a thousand ray
-        casting scenes in memory."""
+        """The guide. It is built again for each use (12 ms), because Open3D 0.20 crashes with a
+        thousand ray casting scenes in memory."""
         return GuideMesh(self.view.guide_vertices, self.guide_faces)
 
 
 @dataclass(frozen=True)
 class Example:
-    """One view as the networks take it (a batch: with a leading axis); channels first, float32.
+    """One view as input of the networks, channels first, float32. A batch has a leading axis.
 
     Attributes
     ----------
@@ -107,14 +106,14 @@ class ViewReader:
     Parameters
     ----------
     capacity : int
-        How many are kept, the last used.
+        Number of most recently used views in the cache.
     """
 
     def __init__(self, capacity: int = 2500) -> None:
         self._read = lru_cache(maxsize=capacity)(_prepare)
 
     def __call__(self, path: Path) -> Prepared:
-        """The view in a file."""
+        """Return the view in a file."""
         return self._read(path)
 
 
@@ -155,13 +154,13 @@ def _prepare(path: Path) -> Prepared:
 
 @lru_cache(maxsize=2)
 def _guide_faces(folder: Path) -> IntArray:
-    """Faces (F, 3) of the guides of a data set's folder."""
+    """Return the faces (F, 3) of the guides of a data set's folder."""
     faces: IntArray = read_npz(folder / "guide.npz")["faces"]
     return faces
 
 
 def _true_normals(view: View) -> FloatArray:
-    """(6, 512, 512) float32: of front and back."""
+    """Return the true normals (6, 512, 512) float32 of front and back."""
     both: FloatArray = np.concatenate([view.normals_front, view.normals_back], axis=-1).transpose(
         2, 0, 1
     ) / np.float32(127)
@@ -169,7 +168,7 @@ def _true_normals(view: View) -> FloatArray:
 
 
 def _pooled(values: FloatArray) -> FloatArray:
-    """Means of 2 x 2 pixels."""
+    """Average 2 x 2 pixels."""
     height, width = values.shape
     means: FloatArray = values.reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
     return means
@@ -184,8 +183,9 @@ def make_example(
     crop: int = 0,
     augment: bool = True,
 ) -> Example:
-    """One view with `points` of its points at random, mirrored half of the time, its mask a little
-    off, its colors a little changed.
+    """Make an example from a view with `points` random points.
+
+    Half of the examples are mirrored; mask and colors are slightly changed.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def _tinted(image: ByteArray, tint: FloatArray) -> ByteArray:
 
 
 def _grown(mask: ByteArray, pixels: int) -> ByteArray:
-    """A mask made larger (or smaller) by some pixels."""
+    """Dilate (or erode) a mask by some pixels."""
     import cv2
 
     if pixels == 0:
@@ -258,12 +258,11 @@ def _grown(mask: ByteArray, pixels: int) -> ByteArray:
 
 
 def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> FloatArray:
-    """Points (N, 3) moved along z as far as predicted depths are off the true ones there; (N, 3)
-    float32.
+    """Move points (N, 3) along z by the error of the predicted depths there; (N, 3) float32.
 
-    What a photo does not show is how far away an arm is, but it does show its shape: a field that
-    is trained on the distance at the true place of an arm that the maps have elsewhere learns to be
-    unsure, and draws arms as slabs. Asked relative to the maps it stays sharp.
+    A photo shows the shape of an arm, but hardly its depth. If the field were trained with the true
+    depth of an arm that the maps place elsewhere, it would learn to be uncertain, and make arms
+    slabs. Relative to the maps it stays sharp.
 
     Parameters
     ----------
@@ -289,8 +288,8 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
 
 
 def align_example(prepared: Prepared, example: Example, maps: FloatArray) -> dict[str, FloatArray]:
-    """Inputs at the example's points for networks with these predicted depths (2, 256, 256): see
-    `align_points`.
+    """Return the inputs at the example's points for networks with these predicted depths (2, 256,
+    256); see `align_points`.
 
     Returns
     -------
@@ -309,7 +308,7 @@ def _space_points(view: View, generator: np.random.Generator, count: int) -> dic
     distance = view.distance.astype(np.float32)
     odds = np.where(
         np.abs(distance) > FAR, 2.0, 1.0
-    )  # most samples are near the surface, where mistakes cost least
+    )  # most samples are near the surface, where errors matter least
     chosen = generator.choice(len(odds), count, p=odds / odds.sum())
     points = view.points[chosen]
     return {
@@ -322,7 +321,7 @@ def _space_points(view: View, generator: np.random.Generator, count: int) -> dic
 def _surface_points(
     view: View, generator: np.random.Generator, count: int, tint: FloatArray, augment: bool
 ) -> dict[str, FloatArray]:
-    odds = np.where(view.surface_visible, 1.0, 3.0)  # what the photo shows is the easy part
+    odds = np.where(view.surface_visible, 1.0, 3.0)  # visible points are the easy ones
     chosen = generator.choice(len(odds), count, p=odds / odds.sum())
     normals = view.surface_normals[chosen] / np.float32(127)
     off = generator.normal(0, 0.008, (count, 1)) if augment else np.zeros((count, 1))
@@ -336,7 +335,7 @@ def _surface_points(
 
 
 def _halved(depth: FloatArray, step: float = 0.02) -> FloatArray:
-    """Means of 2 x 2 pixels; NaN where one is outside or they differ by more than `step` meters."""
+    """Average 2 x 2 pixels; NaN if one is outside or they differ by more than `step` meters."""
     height, width = depth.shape
     four = (
         depth.astype(np.float32)
@@ -350,7 +349,7 @@ def _halved(depth: FloatArray, step: float = 0.02) -> FloatArray:
 
 
 def _mirrored(example: Example) -> Example:
-    """Left and right exchanged, in the picture and in space."""
+    """Swap left and right, in the picture and in space."""
 
     def flip(values: FloatArray, *across: int) -> FloatArray:
         flipped = values[..., ::-1].copy()
@@ -373,7 +372,7 @@ def _mirrored(example: Example) -> Example:
 
 
 def stack(examples: Sequence[Example]) -> Example:
-    """Several examples as one with a leading axis."""
+    """Stack several examples along a leading axis."""
 
     def all_of(values: Sequence[dict[str, FloatArray]]) -> dict[str, FloatArray]:
         return {name: np.stack([value[name] for value in values]) for name in values[0]}

@@ -1,5 +1,5 @@
-"""Views in which things hide a person, or the border cuts them, as the networks meet such photos:
-framed by the mask, and sampled where it shows the person."""
+"""Views with occluding objects or cut off by the border, prepared like real photos: framed by the
+mask, and sampled only where the person is visible."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from a2v.reconstruction.implicit.inputs import FRAME, GuideMesh, frame_box, make
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 _QUALITY = 98
-"""Of the frame's JPEG, per cent: the photo was one before."""
+"""JPEG quality of the frame, per cent; the photo was a JPEG before."""
 _IN_SPACE = ("points", "distance", "guide_distance", "guide_normals")
 _ON_SURFACE = tuple(
     f"surface_{name}"
@@ -30,18 +30,18 @@ _ON_SURFACE = tuple(
 
 
 def framed(view: View, guide_faces: IntArray) -> View:
-    """The square of a view around its mask, as another view; parts of the person outside of the
-    photo are not sampled.
+    """Crop a view to the square around its mask; parts of the person outside of the photo are not
+    sampled.
 
-    A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), and where the mask
-    ends at a thing the person may continue behind it. So there are no normals and depths at
-    hidden pixels, and no samples behind them, nor where the photo is cut off.
+    A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), but the person may
+    continue behind an object at the mask's border. So there are no normals and depths at occluded
+    pixels, and no samples behind them or beyond the photo's border.
 
     Parameters
     ----------
     view : View
     guide_faces : (F, 3) int
-        Of the guide.
+        Faces of the guide.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def framed(view: View, guide_faces: IntArray) -> View:
 
     mask = view.mask / np.float32(255)
     frame, box = make_frame(view.image, mask, view.camera), frame_box(mask)
-    shown = ~binary_dilation(view.hidden, np.ones((3, 3), bool))  # with the person's rim there
+    shown = ~binary_dilation(view.hidden, np.ones((3, 3), bool))  # including the person's rim there
     maps: dict[str, np.ndarray] = {"mask": np.rint(255 * frame.mask).astype(np.uint8)}
     for name, outside in (("normals", 0), ("depth", np.nan)):
         for side in ("front", "back"):
@@ -74,8 +74,8 @@ def framed(view: View, guide_faces: IntArray) -> View:
 def _part(
     values: np.ndarray, shown: BoolArray, box: tuple[float, float, float], outside: float
 ) -> np.ndarray:
-    """A map (S, S, ...) of the photo on the pixels of the frame `box` (u, v and side), the nearest
-    ones; `outside` where it is not `shown` (S, S)."""
+    """Sample a map (S, S, ...) of the photo at the nearest pixels of the frame `box` (u, v and
+    side); `outside` where it is not `shown` (S, S)."""
     u, v, side = box
     size = len(values)
     steps = (np.arange(size) + 0.5) / size - 0.5
@@ -95,8 +95,8 @@ def _part(
 def _asked(
     view: View, shown: BoolArray, camera: OrthographicCamera, points: FloatArray
 ) -> BoolArray:
-    """Which points (N, 3) lie in the frame of `camera` and in the view's photo, where that is
-    `shown` (512, 512)."""
+    """Return which points (N, 3) lie in the frame of `camera` and at `shown` (512, 512) pixels of
+    the view's photo."""
     column, row = (
         np.floor((place_of(points, view.camera, PHOTO_SIZE) + 1) / 2 * MAP_SIZE).astype(int).T
     )

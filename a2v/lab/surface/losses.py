@@ -9,12 +9,12 @@ from torch.nn import functional
 from a2v.lab.surface.networks import OCCUPANCY_WIDTH
 
 REACH = 0.05
-"""Distances beyond this, meters, need only be as large."""
+"""Beyond this distance, meters, a prediction only has to be at least as large."""
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean of |error| near the surface in decimeters, beyond `REACH` of the shortfall, plus
-    the occupancy's cross entropy."""
+    """Return the mean of |error| near the surface in decimeters, beyond `REACH` of the shortfall,
+    plus the occupancy's cross entropy."""
     error = torch.where(
         true.abs() > REACH,
         functional.relu(REACH - true.sign() * predicted),
@@ -27,7 +27,7 @@ def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
 
 
 def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """1 - cosine of both normals (B, 6, H, W), mean where there is a true one."""
+    """Return the mean of 1 - cosine of both normals (B, 6, H, W) over pixels with true normals."""
     losses = []
     for part in (slice(0, 3), slice(3, 6)):
         there = true[:, part].square().sum(dim=1) > 0.25
@@ -37,8 +37,10 @@ def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
 
 
 def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean |error|, decimeters, of depth maps (B, 2, H, W); NaN in `true` does not count, what an
-    error has over 15 cm counts a tenth."""
+    """Return the mean |error|, decimeters, of depth maps (B, 2, H, W).
+
+    NaN in `true` is ignored; the part of an error above 15 cm counts a tenth.
+    """
     there = torch.isfinite(true)
     error = (predicted - torch.nan_to_num(true)).abs()
     error = torch.where(error < 0.15, error, 0.15 + 0.1 * (error - 0.15)) / 0.1

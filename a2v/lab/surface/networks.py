@@ -18,7 +18,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 PHOTO_CHANNELS = 4
-"""Red, green, blue (masked, zero at mid gray) and the mask."""
+"""Channels: red, green, blue (masked, zero at mid gray) and the mask."""
 GUIDE_CHANNELS = 10
 """Normals of the guide's front (3) and back (3), depth of its front and back, its mask, and the
 distance to the photo's mask."""
@@ -64,7 +64,7 @@ class _Residual(nn.Module):
         self.first, self.second = _block(width, width), _block(width, width)
 
     def forward(self, values: Tensor) -> Tensor:
-        """Channels and size stay."""
+        """Apply the block; number of channels and size are unchanged."""
         changed: Tensor = values + self.second(self.first(values))
         return changed
 
@@ -85,7 +85,7 @@ class UNet(nn.Module):
         )
 
     def forward(self, values: Tensor) -> Tensor:
-        """Context of the whole person at every pixel."""
+        """Return the context of the whole person at every pixel."""
         levels = [self.stem(values)]
         for down in self.down:
             levels.append(down(levels[-1]))
@@ -97,8 +97,11 @@ class UNet(nn.Module):
 
 
 def sample_map(values: Tensor, place: Tensor) -> Tensor:
-    """Bilinear values (B, N, C) of a map (B, C, H, W) at `place` (B, N, 2) in [-1, 1], x right and
-    y down; the border is carried on."""
+    """Sample a map (B, C, H, W) bilinearly at `place` (B, N, 2) in [-1, 1], x right and y down;
+    returns (B, N, C).
+
+    Places outside get the value of the border.
+    """
     sampled = functional.grid_sample(
         values.float(), place[:, None], mode="bilinear", padding_mode="border", align_corners=False
     )
@@ -106,7 +109,7 @@ def sample_map(values: Tensor, place: Tensor) -> Tensor:
 
 
 def unit_normals(maps: Tensor) -> Tensor:
-    """Maps (B, C >= 6, H, W) with the two normals, channels 0..2 and 3..5, scaled to length 1."""
+    """Scale the two normals of maps (B, C >= 6, H, W), channels 0..2 and 3..5, to length 1."""
     front, back, rest = maps[:, :3], maps[:, 3:6], maps[:, 6:]
     return torch.cat(
         [
@@ -119,7 +122,7 @@ def unit_normals(maps: Tensor) -> Tensor:
 
 
 class MapEncoder(nn.Module):
-    """From the photo and the guide to the person's normals and depths, and features of each pixel.
+    """Network from the photo and the guide to the person's normals, depths and per-pixel features.
 
     ``forward(photo (B, 4, 512, 512), guide (B, 10, 256, 256))`` gives features (B, widths[0], 128,
     128) and maps (B, 8, 256, 256). The maps are corrections of the guide's.
@@ -162,7 +165,7 @@ def _zero_last(perceptron: nn.Sequential) -> nn.Sequential:
 
 
 POINT_CHANNELS = 15
-"""What `point_values` gives."""
+"""Number of channels of `point_values`."""
 
 
 def point_values(
@@ -173,15 +176,15 @@ def point_values(
     guide_distance: Tensor,
     guide_normals: Tensor,
 ) -> Tensor:
-    """What is known of points without learned features (B, N, 15): distances in decimeters, so that
-    all are of the size of 1.
+    """Return the inputs of points without learned features (B, N, 15). Distances are in decimeters,
+    so that all values are of order 1.
 
     Parameters
     ----------
     maps : (B, 8, H, W)
     guide : (B, 10, H, W)
     place : (B, N, 2)
-        Where the points lie in the frame, [-1, 1].
+        Places of the points in the frame, [-1, 1].
     depth : (B, N)
         z of the points, meters.
     guide_distance : (B, N)
@@ -216,8 +219,8 @@ class CoarseField(nn.Module):
         nn.init.zeros_(self.head.bias)
 
     def forward(self, features: Tensor, values: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
-        """Distance (B, N) and context (B, N, settings.context) of points with `point_values` (B, N,
-        15) at `place` (B, N, 2)."""
+        """Return distance (B, N) and context (B, N, settings.context) of points with `point_values`
+        (B, N, 15) at `place` (B, N, 2)."""
         context = functional.leaky_relu(
             self.trunk(torch.cat([sample_map(features, place), values], dim=-1)), 0.1
         )
@@ -232,8 +235,8 @@ class FineEncoder(nn.Module):
     """Features of the photo at full resolution, fed by the normals (PIFuHD's fine level).
 
     ``forward(photo (B, 4, S, S), maps (B, 8, S / 4, S / 4))`` gives (B, fine_width / 4 + 6, S / 2,
-    S / 2): features, then finer normals of front and back. It sees 17 px around a pixel only, so
-    that it may be trained on parts of the frame.
+    S / 2): features, then finer normals of front and back. Its receptive field is only 17 px, so
+    that it can be trained on parts of the frame.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
@@ -271,8 +274,8 @@ class FineField(nn.Module):
     def forward(
         self, fine: Tensor, place: Tensor, coarse: Tensor, context: Tensor, values: Tensor
     ) -> Tensor:
-        """Distance (B, N) from the coarse one (B, N), its context, and `FineEncoder`'s map at
-        `place` (B, N, 2) of that map."""
+        """Return the distance (B, N) from the coarse one (B, N), its context, and `FineEncoder`'s
+        map at `place` (B, N, 2) of that map."""
         given = torch.cat(
             [sample_map(fine, place), context, values, coarse[..., None].clamp(-0.1, 0.1) / 0.02],
             dim=-1,
@@ -282,9 +285,9 @@ class FineField(nn.Module):
 
 
 class Painter(nn.Module):
-    """Colors of surface points, seen or not (PIFu's second network).
+    """Colors of visible and unseen surface points (PIFu's second network).
 
-    A color is a mixture of the photo's at the same pixel and of the network's own.
+    A color is a blend of the photo's at the same pixel and one that the network predicts.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
@@ -295,8 +298,8 @@ class Painter(nn.Module):
         )
 
     def features(self, photo: Tensor, guide: Tensor, maps: Tensor) -> Tensor:
-        """Features (B, widths[0], 128, 128) of the photo (B, 4, 512, 512), the guide and the maps
-        (256 px)."""
+        """Return features (B, widths[0], 128, 128) of the photo (B, 4, 512, 512), the guide and the
+        maps (256 px)."""
         small = functional.pixel_unshuffle(torch.cat([guide, maps], dim=1), 2)
         result: Tensor = self.unet(torch.cat([functional.pixel_unshuffle(photo, 4), small], dim=1))
         return result
@@ -304,8 +307,8 @@ class Painter(nn.Module):
     def forward(
         self, features: Tensor, photo: Tensor, values: Tensor, normals: Tensor, place: Tensor
     ) -> Tensor:
-        """Colors (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals (B, N,
-        3) at `place`."""
+        """Return colors (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals
+        (B, N, 3) at `place`."""
         seen = sample_map(photo, place)
         given = torch.cat([sample_map(features, place), values, normals, seen], dim=-1)
         result = self.trunk(given).float()

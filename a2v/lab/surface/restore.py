@@ -1,5 +1,5 @@
-"""Networks of the implicit surface out of the ONNX files that ``export/reconstruction.py``
-wrote."""
+"""Networks of the implicit surface, restored from the ONNX files of
+``export/reconstruction.py``."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ _NAMES = {
     "detail": {MAPS_FILE: {"detail.": ""}, FIELD_FILE: {"fine.": "field."}},
     "color": {MAPS_FILE: {"painter.": ""}, COLORS_FILE: {"painter.": ""}},
 }
-"""What the files call the weights of each stage."""
+"""Names of each stage's weights in the files."""
 
 
 def restore_networks(networks: nn.Module, folder: str | os.PathLike[str], stage: str) -> None:
-    """Give fresh networks of a stage the weights of a folder with ``person_*.onnx``; normalizations
-    change nothing, see `a2v.lab.untracing.calibrate`.
+    """Set the weights of a stage's fresh networks to those of a folder with ``person_*.onnx``.
+
+    Afterwards the normalizations change nothing; see `a2v.lab.untracing.calibrate`.
 
     Parameters
     ----------
     networks : Shape, Detail or Painter
-        Of `a2v.lab.surface.training`, with the sizes of the files.
+        Networks of `a2v.lab.surface.training`, with the sizes of the files.
     folder : path
     stage : "shape", "detail" or "color"
 
     Raises
     ------
     InputError
-        The files are none of ours, or of networks of other sizes.
+        The files are not from a2v, or of networks of other sizes.
     """
     weights: dict[str, np.ndarray] = {}
     for file, names in _NAMES[stage].items():

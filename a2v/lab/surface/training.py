@@ -1,7 +1,7 @@
 """Training of the networks of the implicit surface, stage by stage: shape, then detail and color
 on top of it.
 
-A killed run resumes from its checkpoint, on a CPU or with CUDA.
+A stopped run resumes from its checkpoint, on a CPU or with CUDA.
 """
 
 from __future__ import annotations
@@ -49,34 +49,35 @@ from a2v.sessions import WEIGHTS
 FILE = "checkpoint.pt"
 Stage = Literal["shape", "detail", "color"]
 STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
-"""In the order of their training: the later two build on the first."""
+"""The stages in the order of their training; the later two depend on the first."""
 CALIBRATION = 16
-"""Batches that normalizations of restored networks are calibrated on."""
+"""Number of batches by which normalizations of restored networks are calibrated."""
 
 
 @dataclass(frozen=True)
 class ReconstructionSettings(RunSettings):
-    """How a stage is trained.
+    """Settings of the training of a stage.
 
     Attributes
     ----------
     iterations : int
         Number of iterations.
     batch_size : int
-        Views an iteration.
+        Number of views per iteration.
     points : int
-        Points of each view.
+        Number of points of each view.
     learning_rate : float
         Learning rate of AdamW, after a short warm-up along half a cosine.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     crop : int
         Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
     half : bool
-        bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
+        Use bfloat16 for the operations that torch's autocast considers safe: two to three times the
+        speed on recent CPUs.
     initial : str
-        Folder of another run whose networks to begin with, or of a model's ONNX files, "shipped"
-        for those that come with a2v, "" for fresh ones: to go on with more views or another rate.
+        Start from the networks of another run's folder or of a model's ONNX files, to continue with
+        more views or another rate. "shipped" means those of a2v, "" fresh ones.
     """
 
     iterations: int = 10_000
@@ -112,7 +113,7 @@ class Detail(nn.Module):
 
 
 def make_networks(stage: Stage, settings: NetworkSettings) -> nn.Module:
-    """Fresh networks of a stage."""
+    """Make fresh networks of a stage."""
     kinds: Mapping[str, Callable[[NetworkSettings], nn.Module]] = {
         "shape": Shape,
         "detail": Detail,
@@ -122,12 +123,12 @@ def make_networks(stage: Stage, settings: NetworkSettings) -> nn.Module:
 
 
 def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
-    """Trained networks of a stage from a run's folder, for inference.
+    """Load the trained networks of a stage from a run's folder for inference.
 
     Raises
     ------
     InputError
-        The stage was not trained there.
+        The stage has not been trained in this folder.
     """
     settings, weights = _read_networks(folder, stage)
     network = make_networks(stage, settings)
@@ -138,7 +139,7 @@ def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
 def _read_networks(
     folder: str | os.PathLike[str], stage: Stage
 ) -> tuple[NetworkSettings, dict[str, Tensor]]:
-    """Sizes and weights of a stage's networks in a run's folder."""
+    """Read sizes and weights of a stage's networks in a run's folder."""
     content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
     return NetworkSettings(**content["network"]), content["model"]
 
@@ -209,7 +210,7 @@ class StageTraining(Training):
         self.model.load_state_dict(weights)
 
     def step(self) -> dict[str, float]:
-        """One iteration; the number of views there are, and the weighted losses."""
+        """Run one iteration; returns the number of available views, and the weighted losses."""
         batch = self._batch()
         self.model.train()
         losses = self._losses(batch)
@@ -219,7 +220,7 @@ class StageTraining(Training):
         }
 
     def _batch(self) -> tuple[list[Prepared], list[Example]]:
-        """Views and examples of an iteration."""
+        """Return views and examples of an iteration."""
         if self.iteration % 200 == 0 or not self.files:
             self.files = list_views(self.views, "training")
         settings, generator = self.settings, self.generator
@@ -232,7 +233,7 @@ class StageTraining(Training):
         ]
 
     def _losses(self, batch: tuple[list[Prepared], list[Example]]) -> dict[str, Tensor]:
-        """Weighted losses of a batch."""
+        """Return the weighted losses of a batch."""
         views, examples = batch
         return _losses(
             self.model,
@@ -244,7 +245,7 @@ class StageTraining(Training):
         )
 
     def content(self) -> dict[str, Any]:
-        """Weights, the sizes that they have, and the generator's state."""
+        """Return the weights, the sizes of the networks, and the generator's state."""
         return {
             "model": self.model.state_dict(),
             "generator": self.generator.bit_generator.state,
@@ -266,18 +267,18 @@ def train_reconstruction(
     settings: ReconstructionSettings | None = None,
     on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> nn.Module:
-    """Train, or go on with, a stage in `folder`.
+    """Train a stage in `folder`, or resume its training.
 
-    Writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and
+    It writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and
     ``<stage>/log.csv``.
 
     Parameters
     ----------
     stage : "shape", "detail" or "color"
     views : path
-        What ``a2v studio`` wrote; views that are added while it trains are used as they come.
+        Folder of ``a2v studio``. Views that are added during the training are used, too.
     folder : path
-        Of the run. "detail" and "color" need its "shape".
+        Folder of the run. "detail" and "color" need its "shape".
     on_log : callable
         Called with the mean losses since the last call, every `log_every` iterations.
 
@@ -303,7 +304,7 @@ def train_reconstruction(
 def _align(
     views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor
 ) -> dict[str, Tensor]:
-    """`align_example` of a batch with maps (B, 8, 256, 256)."""
+    """Apply `align_example` to a batch with maps (B, 8, 256, 256)."""
     depths = maps[:, 6:].detach().float().cpu().numpy()
     aligned = [
         align_example(view, example, depth)
@@ -323,7 +324,7 @@ def _losses(
     settings: ReconstructionSettings,
     device: torch.device,
 ) -> dict[str, Tensor]:
-    """Weighted losses of a batch."""
+    """Return the weighted losses of a batch."""
 
     def tensor(values: np.ndarray) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(values)).to(device)
@@ -339,7 +340,7 @@ def _losses(
         if shape is None:
             assert isinstance(model, Shape)
             features, maps = model.encoder(photo, guide)
-            # the field follows the maps wherever they are: its errors must not move them
+            # the field follows the maps, right or wrong: its errors must not change them
             distance, _ = model.field(features, values_of(maps.detach()), place)
             return {
                 "distance": distance_loss(distance, points["distance"]),

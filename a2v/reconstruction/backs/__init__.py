@@ -1,8 +1,9 @@
 """Continue the photo over the unseen side of the person.
 
 `twins` finds the other side of the body, `labels` the skin, hair, garments and shoes, `exemplar`
-the detail that the photo shows of each, `frames` the unrolling of the surface into the plane of the
-photo, and `matching` the place that each unseen vertex continues. `continuation` combines them.
+the detail that the photo shows of each, `frames` unrolls the surface into the plane of the photo,
+and `matching` finds the place in the photo that each unseen vertex continues. `continuation`
+combines them.
 """
 
 from a2v.reconstruction.backs.continuation import Continuation, continue_photo

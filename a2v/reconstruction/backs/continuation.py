@@ -138,7 +138,7 @@ def continue_photo(
     twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
     shown = np.where(
         twins, seen.twin, np.arange(len(labels))
-    )  # the place of the photo for each vertex: its twin, else the place in front of it
+    )  # the pixel of each vertex: that of its twin, else the one in front of it
     exemplar = make_exemplar(
         clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS)
     )
@@ -188,7 +188,7 @@ def continue_photo(
 
 
 def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
-    """Whether a print lies right in front of each vertex (V,)."""
+    """Return whether a print lies right in front of each vertex (V,)."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.prints.shape
     return np.asarray(

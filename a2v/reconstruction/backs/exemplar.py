@@ -13,7 +13,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 BROAD = 0.025
 """Largest size of detail on materials with a pattern, meters (sigma of a Gaussian)."""
 FINE = 0.014
-"""The same on plain materials, whose broader changes are light and folds."""
+"""The same on plain materials, whose broader changes are shading and folds."""
 SPACING = 0.004
 """Size of a pixel at which patterns are compared, meters."""
 BARE = 0.006
@@ -152,13 +152,14 @@ def _inner(region: BoolArray, margin: float) -> BoolArray:
 def non_repeating(
     image: FloatArray, region: BoolArray, turned: BoolArray, meter: float
 ) -> BoolArray:
-    """Which pixels of a region (H, W) show something that does not run around the limb: a print, a
-    logo, a tie, a zip, a shirt under a jacket.
+    """Return which pixels of a region (H, W) show a pattern that does not continue around the limb:
+    a print, a logo, a tie, a zip, a shirt under a jacket.
 
-    Patches of 3 cm are compared by color. A pattern that runs around (stripes, checks, camouflage,
-    folds) is also visible where the surface is `turned` (H, W) to the side, at a distance of `FAR`
-    or more across, at any height. Patches without any similar patch there do not run around. If
-    these are more than 45 % of a region, they are its texture. `meter` is in pixels.
+    Patches of 3 cm are compared by color. A pattern that continues around the limb (stripes,
+    checks, camouflage, folds) is also visible where the surface is `turned` (H, W) to the side, at
+    a distance of `FAR` or more across, at any height. Patches without any similar patch there do
+    not continue. If these are more than 45 % of a region, they are its texture. `meter` is in
+    pixels.
     """
     import cv2
     from scipy.spatial import cKDTree

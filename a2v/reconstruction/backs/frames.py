@@ -14,13 +14,14 @@ from a2v.types import FloatArray, IntArray
 def unrolling(
     vertices: FloatArray, normals: FloatArray, parts: IntArray, neighbors: IntArray
 ) -> FloatArray:
-    """Linear maps (V, 2, 3) from meters on the surface to meters in the photo's plane, x to the
-    right and y up.
+    """Return linear maps (V, 2, 3) from meters on the surface to meters in the photo's plane, x to
+    the right and y up.
 
-    Surface that faces the camera is mapped as by the camera. Around a limb the plane is rolled: the
-    direction around the limb stays that across it in the photo, over the side and behind, and the
-    direction along the limb stays. So a pattern that is continued by these maps keeps its size on
-    the sides, and stripes around a trunk, a sleeve or a leg stay rings.
+    Surface that faces the camera is mapped as by the camera. Around a limb the plane is rolled: on
+    the side and on the back, the direction around the limb is mapped to the direction across it in
+    the photo, and the direction along the limb to that along it. So a pattern that is continued by
+    these maps keeps its size on the sides, and stripes around a trunk, a sleeve or a leg remain
+    rings.
     """
     axis = _limb_axes(vertices, parts, neighbors)
     along = unit(axis - (axis * normals).sum(axis=1, keepdims=True) * normals, least=1e-6)
@@ -35,7 +36,7 @@ def unrolling(
 
 
 def _limb_axes(vertices: FloatArray, parts: IntArray, neighbors: IntArray) -> FloatArray:
-    """Unit vectors (V, 3) along the limb of each vertex, away from the trunk, smooth between
+    """Return unit vectors (V, 3) along the limb of each vertex, away from the trunk, smooth between
     limbs."""
     axis = np.tile(np.array([0.0, -1.0, 0.0]), (len(vertices), 1))
     middle = {number: vertices[parts == number].mean(axis=0) for number in np.unique(parts)}

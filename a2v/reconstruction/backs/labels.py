@@ -1,4 +1,4 @@
-"""Label a surface with skin, hair, upper and lower garment and shoes, by the photo, and carry the
+"""Label a surface with skin, hair, upper and lower garment and shoes by the photo, and extend the
 labels to the back."""
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ _SAME = 11.0
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """Costs of labels, in CIELAB units unless they are shares; the smallest sum over the surface
-    wins.
+    """Costs of labels, in CIELAB units unless they are shares; the labels with the smallest sum
+    over the surface are chosen.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Costs:
     expected, expected_hidden : float
         Weight of an expected color relative to the photo, and where scalp or bare skin must be.
     no_hair, no_skin : float
-        A label other than hair on the scalp; a label other than skin on the face.
+        Cost of a label other than hair on the scalp, and of one other than skin on the face.
     unlike_twin : float
         A label other than that of the visible mirrored vertex.
     most_expected : float
@@ -140,13 +140,13 @@ _BEHIND_ROUNDS = 10
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
-    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a color
-    that is not that of their label (prints).
+    """Return the label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have
+    another color than their label (prints).
 
     Visible vertices are sorted by color: every label has a palette from parts that have it for
     certain (hair: the crown; the upper garment: the chest; the lower one: the thighs). On the back,
-    the expected colors count, and the label right in front, because hems, belts and collars run
-    around at their height. Both are smoothed over the surface.
+    the expected colors count, and the label directly in front, because hems, belts and collars
+    continue around the body at the same height. Both are smoothed over the surface.
     """
     lab = lab_of(seen.colors)
     palettes = _palettes(seen, lab)
@@ -176,10 +176,10 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # on the back, collars are higher
     before[neckline] = np.where(kinds == SKIN, _COSTS.below_neckline * (UPPER in palettes), 0.0)
     trust = np.full((len(lab), 1), _COSTS.expected)
-    if HAIR in palettes:  # hair reaches the nape, whatever the network expects
+    if HAIR in palettes:  # hair reaches the nape, even if the network predicts otherwise
         trust[seen.scalp] = _COSTS.expected_hidden
         before[seen.scalp] += _COSTS.no_hair * (kinds != HAIR)
-    if SKIN in palettes:  # people who turn away have a face, too
+    if SKIN in palettes:  # a person who is turned away also has a face
         trust[seen.bare] = _COSTS.expected_hidden
         before[seen.bare] += _COSTS.no_skin * (kinds != SKIN)
     twins = seen.twin >= 0
@@ -199,7 +199,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
             np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)
         ]
     labels[best > _NEVER] = UNSURE
-    for kind in kinds:  # a label whose vertices mostly have another color is wrong
+    for kind in kinds:  # a label is wrong if most of its vertices have another color
         own = labels == kind
         if strange[own].mean() > _COSTS.print_share if own.any() else False:
             labels[own & strange] = UNSURE
@@ -217,8 +217,8 @@ def _trunk_height(seen: Seen) -> FloatArray:
 
 
 def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
-    """Cost (V,) of a label on parts that rarely have it: clothes in the color of skin, hair or
-    shoes are clothes."""
+    """Return the cost (V,) of a label on parts that rarely have it. Clothes may have the color of
+    skin, hair or shoes."""
     from scipy.spatial import cKDTree
 
     cost = np.zeros(len(seen.parts))
@@ -242,8 +242,8 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
 
 def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
-    """Which vertices (V,) look like hair but are not connected to the head (dark cloth), or are
-    small unseen islands of hair."""
+    """Return which vertices (V,) look like hair but are not connected to the head (dark cloth), or
+    are small unseen islands of hair."""
     hair = labels == HAIR
     piece = joined_pieces(hair, seen.neighbors)
     size = np.bincount(piece, hair & seen.on("head"))
@@ -327,8 +327,8 @@ def _smoothed(
     rounds: int,
     weight: float = _NEIGHBORS_WEIGHT,
 ) -> FloatArray:
-    """Add the votes of neighbors to costs (V, K). Vertices whose `fixed` (V,) is not negative keep
-    that label."""
+    """Add the votes of neighbors to costs (V, K). A vertex with a `fixed` (V,) label that is not
+    negative keeps it."""
     total = cost.copy()
     mixing = neighbor_mean(seen.neighbors)
     for _ in range(rounds):

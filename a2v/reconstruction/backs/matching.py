@@ -15,7 +15,7 @@ ROUNDS = 4
 """Number of sweeps over the surface, forward and backward."""
 HEIGHT_WEIGHT = 0.02
 """Cost of a squared difference of height, per square centimeter, in units of the variance of the
-detail; constant from 5 cm on."""
+detail; constant above 5 cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +49,11 @@ def match_surface(
 
     The detail around each place continues that of its neighbors as well as possible: PatchMatch
     (Barnes et al. 2009) with a surface instead of a target picture. The candidates of a vertex are
-    the places of its neighbors, moved by the way to it (`maps`), random places around its own at
-    decreasing distances, and its own pixel, the one in front of it, or that of its mirrored spot.
-    It keeps the candidate that differs least from what its neighbors expect around it. `known`
-    vertices keep their own pixels, so the pattern begins in phase at the seam. A small cost for
-    places at another height along the limb keeps rings level.
+    the places of its neighbors, shifted by the vector to it (`maps`), random places around its own
+    at decreasing distances, and its own pixel, the one in front of it, or that of its mirrored
+    spot. It keeps the candidate whose surroundings differ least from those of its neighbors'
+    places. `known` vertices keep their own pixels, so that the pattern continues in phase at the
+    seam. A small cost for places at another height along the limb keeps rings level.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _tries(
 
 
 def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> IntArray:
-    """The vertices to be matched, those next to known ones first."""
+    """Return the vertices to be matched, those next to known ones first."""
     from scipy.spatial import cKDTree
 
     number = np.flatnonzero(wanted)

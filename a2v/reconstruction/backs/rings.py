@@ -18,14 +18,15 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], tuple[int, ...], tuple[int, ...]], ...
     ("leg", ("shin", "foot"), (UPPER, LOWER, SKIN), (SHOES,)),
     ("arm", ("upper_arm", "lower_arm", "hand"), (UPPER,), (SKIN,)),
 )
-"""Borders that may run around: the tube, its parts, the label towards the trunk (on the trunk:
-above), and the label beyond."""
+"""Borders that may continue around a limb or the trunk: the tube, its parts, the label toward the
+trunk (on the trunk: above), and the label beyond."""
 _LEAST = 25
 """Smallest number of visible vertices on each side of a border."""
 _EXPLAINED = 0.9
-"""Smallest share of the visible vertices that a curve explains; each side counts a half."""
+"""Smallest fraction of the visible vertices that a curve separates correctly; both sides have equal
+weight."""
 _BAND = 0.12
-"""Distance from the middle of the border up to which visible vertices count, meters."""
+"""Largest distance from the middle of the border of visible vertices that are used, meters."""
 _OTHER = 0.3
 """Weight of the mirrored limb."""
 _WIDTH = 0.008
@@ -103,8 +104,11 @@ def _relabel(
     near: tuple[int, ...],
     far: tuple[int, ...],
 ) -> None:
-    """Give hidden vertices of a tube the label of their side of the border; of several possible
-    labels, the one that is visible nearest along the tube."""
+    """Give each hidden vertex of a tube the label of its side of the border.
+
+    If several labels are possible on a side, it is the one of the nearest visible vertices along
+    the tube.
+    """
     for kinds, side in ((near, within), (far, ~within)):
         wrong = hidden & side & ~np.isin(labels[tube.own], kinds)
         right = np.isin(labels[tube.own], kinds) & side
@@ -196,8 +200,8 @@ def _curve(
 
 
 def _cut(height: FloatArray, inner: BoolArray, weight: FloatArray) -> float:
-    """The height that separates the `inner` vertices, above it, best from the others; each side
-    counts a half."""
+    """Return the height that best separates the `inner` vertices, above it, from the others; both
+    sides have equal weight."""
     order = np.argsort(height, kind="stable")
     w = weight * np.where(inner, 1 / weight[inner].sum(), 1 / weight[~inner].sum())
     below = np.cumsum(

@@ -87,7 +87,7 @@ class Seen:
     cloth: BoolArray | None = None
 
     def on(self, *names: str) -> BoolArray:
-        """Which vertices (V,) lie on the parts of these names."""
+        """Return which vertices (V,) lie on the parts of these names."""
         return on_parts(self.parts, *names)
 
 

@@ -1,4 +1,4 @@
-"""Use the visible half of the body for the hidden one."""
+"""Use the visible half of the body for the occluded one."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from a2v.types import BoolArray, IntArray
 NEAR = 0.03
 """Largest distance of a vertex from the mirrored spot, meters on the body at rest."""
 PATCH = 0.004
-"""Smallest share of the surface that gets twins: the end of a single stripe would be a blot."""
+"""Smallest fraction of the surface that gets twins: a smaller one, such as the end of a single
+stripe, would look like a blot."""
 
 
 def find_twins(
     spots: Spots, *, known: BoolArray, clear: BoolArray, neighbors: IntArray
 ) -> IntArray:
-    """For each vertex (V,) that is not `known` (V,), the `clear` (V,) vertex at the mirrored spot
-    of the body; -1 for none.
+    """Return for each vertex (V,) that is not `known` (V,) the `clear` (V,) vertex at the mirrored
+    spot of the body; -1 for none.
 
     `neighbors` (V, N) are nearest vertices.
     """

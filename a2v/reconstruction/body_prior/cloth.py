@@ -1,4 +1,4 @@
-"""Cloth that spans from leg to leg: skirts, coats, and trousers whose crotch hangs low."""
+"""Cloth that spans from leg to leg: skirts, coats, and trousers with a low crotch."""
 
 from __future__ import annotations
 
@@ -12,33 +12,35 @@ from a2v.reconstruction.body_prior.columns import columns_seen, front_seen
 from a2v.types import BoolArray, FloatArray, IntArray
 
 WIDEST = 0.6
-"""A gap between the legs that is wider is no cloth, meters."""
+"""Largest width of a gap between the legs that cloth spans, meters."""
 SMALLEST = 0.05
-"""One that is nowhere as wide, or not as high, is a fold of trousers, meters."""
+"""Smallest height, and smallest largest width, of such a gap, meters. Smaller ones are folds of
+trousers."""
 APART = 0.12
-"""Where the middles of the legs are farther apart in depth, it is trousers that meet in the
-picture, meters."""
+"""Largest distance in depth between the middles of the legs, meters. Beyond it, the legs of
+trousers overlap in the picture."""
 HOLD = 0.18
-"""So much of the body on each side of a gap carries the cloth, meters."""
+"""Width of the body on each side of a gap that carries the cloth, meters."""
 ABOVE = 0.2
-"""Over so many meters above the gap the cloth comes to lie on the body."""
+"""Height above the gap over which the cloth comes to lie on the body, meters."""
 HEM = 0.02
-"""Cloth is rounded so near to the mask's contour, meters."""
+"""Distance from the mask's contour within which cloth is rounded, meters."""
 _LOWER = ("torso", "left_thigh", "left_shin", "right_thigh", "right_shin")
 
 
 @dataclass(frozen=True, eq=False)
 class LegColumns:
-    """What of trunk and legs a photo's columns hold; maps are (nx, ny), rows of the second axis.
+    """Trunk and legs in the columns of a photo; maps are (nx, ny), where a row is an index of the
+    second axis.
 
     Attributes
     ----------
     left, right : (nx, ny) bool
-        Where a leg is.
+        Columns with a leg.
     front, back : (nx, ny)
-        Depth of trunk and legs, meters; infinite where they are not.
+        Depth of trunk and legs, meters; infinite outside.
     cell : float
-        Of a column, meters.
+        Width of a column, meters.
     """
 
     left: BoolArray
@@ -49,7 +51,7 @@ class LegColumns:
 
     @classmethod
     def of(cls, skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> LegColumns:
-        """Of a body's skin (S, 3), faces (G, 3) and parts (S,) on a grid."""
+        """Build the maps of a body's skin (S, 3), faces (G, 3) and parts (S,) on a grid."""
 
         def of_parts(*names: str) -> IntArray:
             return np.asarray(faces[on_parts(parts, *names)[faces].all(axis=1)])
@@ -61,8 +63,10 @@ class LegColumns:
         return cls(left, right, *columns_seen(skin, of_parts(*_LOWER), grid), grid.cell)
 
     def gaps(self, missing: BoolArray) -> BoolArray:
-        """The part of `missing` (nx, ny), where the mask is and the body is not, that lies between
-        the legs and is of cloth."""
+        """Return the part of `missing` (nx, ny) that is cloth between the legs.
+
+        `missing` is the part of the mask without body.
+        """
         found = np.zeros_like(missing)
         for row in np.flatnonzero(missing.any(axis=0)):
             for begin, end in _runs(missing[:, row]):
@@ -78,7 +82,7 @@ class LegColumns:
         return _large_enough(found, self.cell)
 
     def hull(self, begin: int, end: int, row: int) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Columns of the body on both sides of the columns from `begin` to before `end` of a row,
+        """Return the columns of the body beside the columns `begin` to `end` (exclusive) of a row,
         and the convex hull's front and back there."""
         first, last = self._held(begin - 1, -1, row), self._held(end, 1, row)
         held = np.concatenate([first, last])
@@ -90,16 +94,16 @@ class LegColumns:
         )
 
     def _held(self, start: int, step: int, row: int) -> IntArray:
-        """Columns of the body, rising, from `start` on in the direction `step` as far as they
-        carry."""
+        """Return the columns of the body, ascending, that carry cloth: from `start` on in the
+        direction `step`."""
         columns = np.arange(start, start + step * max(2, int(HOLD / self.cell)), step)
         columns = columns[(columns >= 0) & (columns < len(self.front))]
         there = np.isfinite(self.front[columns, row])
         return np.sort(columns[: len(columns) if there.all() else int(np.argmin(there))])
 
     def _side(self, columns: IntArray, row: int) -> int:
-        """Above 0 if more of the columns are of the left leg, below if more are of the right
-        one."""
+        """Return a positive number if more of the columns belong to the left leg, a negative one if
+        more belong to the right leg."""
         return int(self.left[columns, row].sum()) - int(self.right[columns, row].sum())
 
     def _middle(self, columns: IntArray, row: int) -> float:
@@ -109,24 +113,23 @@ class LegColumns:
 def span_legs(
     legs: LegColumns, gaps: BoolArray, outline: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The cloth over gaps between the legs and its depth: row by row the convex hull of both, as
-    cloth that is held by them lies.
+    """Span cloth over gaps between the legs: in each row, the convex hull of both legs.
 
     Parameters
     ----------
     legs : LegColumns
     gaps : (nx, ny) bool
-        As `LegColumns.gaps` has them.
+        Result of `LegColumns.gaps`.
     outline : (nx, ny)
         Signed distance to the mask's contour, meters, negative inside.
 
     Returns
     -------
     share : (nx, ny)
-        How much of a column's depth is the cloth's, from 0 to 1: 1 in gaps and on the body beside
-        them, less and less above.
+        Weight of the cloth in a column's depth, from 0 to 1: 1 in gaps and on the body beside them,
+        decreasing above.
     front, back : (nx, ny)
-        Depth with the cloth where there is some, meters; 0 elsewhere.
+        Depth of the cloth, meters; 0 in columns without cloth.
     """
     front, back, share = np.zeros((3, *gaps.shape))
     for row in np.flatnonzero(gaps.any(axis=0)):
@@ -159,8 +162,10 @@ def _lay_on(
     back: FloatArray,
     share: FloatArray,
 ) -> None:
-    """Go on above the top of a gap, from the row `start` on: the hull of trunk and thighs around a
-    column, less and less of it."""
+    """Continue the cloth above the top of a gap, from the row `start` on.
+
+    It is the hull of trunk and thighs around a column, with decreasing weight.
+    """
     count = int(ABOVE / legs.cell)
     for done in range(count):
         row = start + done
@@ -174,13 +179,13 @@ def _lay_on(
 
 
 def _runs(there: BoolArray) -> list[tuple[int, int]]:
-    """Beginning and end (exclusive) of each stretch of True in (n,)."""
+    """Return start and end (exclusive) of each run of True in (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
     return [(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _upper_hull(x: IntArray, z: FloatArray, at: IntArray) -> FloatArray:
-    """The upper convex hull of points (x, z), x rising, at the places `at`."""
+    """Return the upper convex hull of points (x, z), x ascending, at the positions `at`."""
     kept: list[int] = []
     for i in range(len(x)):
         while len(kept) > 1:
@@ -193,7 +198,8 @@ def _upper_hull(x: IntArray, z: FloatArray, at: IntArray) -> FloatArray:
 
 
 def _large_enough(gaps: BoolArray, cell: float) -> BoolArray:
-    """The connected pieces of `gaps` that are at least `SMALLEST` high, and as wide somewhere."""
+    """Return the connected pieces of `gaps` that are at least `SMALLEST` high and somewhere at
+    least as wide."""
     from scipy.ndimage import find_objects, label
 
     pieces, count = label(gaps, np.ones((3, 3)))
@@ -206,7 +212,7 @@ def _large_enough(gaps: BoolArray, cell: float) -> BoolArray:
 
 
 def _smooth(values: FloatArray, there: BoolArray, sigma: float = 2.0) -> FloatArray:
-    """Values (nx, ny) averaged with their neighbors among `there`."""
+    """Average values (nx, ny) with their neighbors among `there`."""
     from scipy.ndimage import gaussian_filter
 
     weight = gaussian_filter(there.astype(np.float64), sigma)

@@ -1,4 +1,5 @@
-"""The grid's columns as the photo's camera sees them: maps (nx, ny) of the mask and of the skin."""
+"""Maps (nx, ny) of the mask and of the skin over the grid's columns, as the photo's camera sees
+them."""
 
 from __future__ import annotations
 
@@ -13,8 +14,11 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> FloatArray:
-    """Signed distance to the mask's contour (nx, ny), meters, negative inside, at the grid's
-    columns; sub-pixel through the opacity."""
+    """Return the signed distance (nx, ny) to the mask's contour at the grid's columns, meters,
+    negative inside.
+
+    The opacity makes it sub-pixel.
+    """
     import cv2
     from scipy.spatial import cKDTree
 
@@ -32,7 +36,9 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
     )
     contours = trace_contours(soft)
     if not contours:
-        raise InputError("the subject's mask has no contour; expected a person before a background")
+        raise InputError(
+            "the subject's mask has no contour; expected a person in front of a background"
+        )
     distance = (
         np.reshape(
             cKDTree(np.concatenate(contours)).query(pixels.reshape(-1, 2), workers=1)[0], x.shape
@@ -43,22 +49,24 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
 
 
 def front_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> FloatArray:
-    """Front depth (nx, ny) of the skin at the grid's columns, meters; -inf where there is none."""
+    """Return the front depth (nx, ny) of the skin at the grid's columns, meters; -inf outside."""
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
     return cast_depth(ray_scene(skin, faces, threads=0), x, y, float(skin[:, 2].max()) + 1)
 
 
 def columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
-    """Front and back depth (nx, ny) of the skin at the grid's columns, meters; -inf and +inf where
-    there is none."""
+    """Return front and back depth (nx, ny) of the skin at the grid's columns, meters; -inf and +inf
+    outside."""
     return front_seen(skin, faces, grid), -front_seen(
         skin * np.array([1.0, 1.0, -1.0]), faces, grid
     )
 
 
 def binary_distance(inside: BoolArray, cell: float) -> FloatArray:
-    """Signed distance of a binary map (negative inside), meters, contour between the nodes, lightly
-    smoothed."""
+    """Return the signed distance of a binary map, meters, negative inside.
+
+    The contour is between the nodes, lightly smoothed.
+    """
     import cv2
 
     return np.asarray(
@@ -67,6 +75,6 @@ def binary_distance(inside: BoolArray, cell: float) -> FloatArray:
 
 
 def sample_columns(values: FloatArray, points: FloatArray, grid: Grid) -> FloatArray:
-    """Bilinear values (N,) of a column map (nx, ny) at x, y of points (N, 3)."""
+    """Sample a column map (nx, ny) bilinearly at x, y of points (N, 3); returns (N,)."""
     place = (points[:, :2] - grid.origin[:2]) / grid.cell
     return sample_index(values, columns=place[:, 1], rows=place[:, 0], linear=True)

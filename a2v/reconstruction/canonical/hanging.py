@@ -35,11 +35,11 @@ _THIGHS = 8
 
 
 def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: Camera) -> bool:
-    """Whether cloth hangs between the thighs or shins of a body whose legs stand apart.
+    """Return whether cloth hangs between the thighs or shins of a body whose legs stand apart.
 
-    The reconstructed `surface` (closed, in the pose of the photo) is filled there, and the photo
-    shows the same there as on the legs at the same height. The second condition is needed because
-    a mask that took the background between two trouser legs for the person fills the surface, too.
+    There, the reconstructed `surface` (closed, in the pose of the photo) is filled, and the photo
+    shows the same colors as on the legs at the same height. The second condition is needed because
+    the surface is also filled if the mask wrongly includes the background between two trouser legs.
     """
     from scipy.spatial import cKDTree
 
@@ -73,7 +73,8 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
 
 
 def _hips_bent(body: Body) -> float:
-    """Angle, degrees, of the less bent thigh from its direction at rest, relative to the trunk."""
+    """Return the angle, degrees, of the less bent thigh from its direction at rest, relative to the
+    trunk."""
     from scipy.spatial.transform import Rotation
 
     moved = body.bone_transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(
@@ -97,8 +98,12 @@ def _hips_bent(body: Body) -> float:
 def _alike(
     middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera
 ) -> float:
-    """Share of the colors around `middle` (n, 3), places between the legs and `away` (n,) meters
-    from them, that the photo also shows on the legs at the same height; 1 if no place is used."""
+    """Compare the colors between the legs with those of the legs.
+
+    Returns the share of the colors around `middle` (n, 3), places between the legs, that the photo
+    also shows on the legs at the same height; 1 if no place is used. The places are `away` (n,)
+    meters from the legs.
+    """
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 
@@ -123,7 +128,7 @@ def _alike(
 
 
 def _around(pixels: FloatArray, radius: float, shape: tuple[int, ...]) -> BoolArray:
-    """Which pixels (H, W) of a picture of `shape` lie within `radius` of `pixels` (n, 2)."""
+    """Return which pixels (H, W) of a picture of `shape` lie within `radius` of `pixels` (n, 2)."""
     import cv2
 
     marked = np.ones(shape[:2], np.uint8)

@@ -1,5 +1,5 @@
 """Find the hem of a skirt on legs that are together: there is no gap between the legs, but bare
-legs come out of one piece of cloth."""
+legs below one piece of cloth."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _UNEVEN = 0.14
 """Largest difference of height between the hems of both legs, meters: above a raised knee it slides
 up."""
 _OVER = (0.03, 0.08)
-"""Heights above the hem between which the cloth between both legs is sampled, meters."""
+"""Range of heights above the hem in which the cloth between both legs is sampled, meters."""
 _APART = 0.04
 """Distance of the axes of the legs below which there is nothing between them, meters."""
 _ALIKE = 14.0
@@ -46,16 +46,17 @@ _FILLED = 0.9
 _SEAM = 6.0
 """Difference in lightness, CIELAB, of the shadow between the legs of shorts."""
 _TROUSERS = (0.6, 0.9, 1.2)
-"""Places, in terms of `_ALONG`, that all show the shadow of trousers: a fold of a skirt does not
-run down the middle everywhere."""
+"""Positions, in terms of `_ALONG`, that all show the shadow in trousers. A fold of a skirt does not
+extend along all of them."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
-    """Find the height at rest, meters, of the hem of a skirt out of which bare legs come, and of
-    its lowest place. None if there is no such hem, or the photo does not show it.
+    """Find the height at rest, meters, of the hem of a skirt above bare legs, and of its lowest
+    point.
 
-    Down both legs the photo turns from cloth to the skin of the face. Right above, between the
-    legs, there is cloth without the gap or the shadow of two trouser legs.
+    None if there is no such hem, or the photo does not show it. Down both legs the photo changes
+    from cloth to the color of the face's skin. Just above, between the legs, there is cloth without
+    the gap or the shadow of two trouser legs.
     """
     from skimage.color import rgb2lab
 
@@ -115,7 +116,7 @@ def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
 
 
 def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
-    """Which pixels (h, w), every `STEP`-th, show legs with nothing in front of them."""
+    """Return which pixels (h, w), every `STEP`-th, show legs with nothing in front of them."""
     shown = body_shown(body, subject, camera)
     near = on_parts(
         np.arange(len(PARTS)),
@@ -148,8 +149,8 @@ def _stuff(lab: FloatArray) -> FloatArray:
 
 
 def _skin_evidence(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> FloatArray:
-    """Evidence (n,) that colors (n, 3) are skin of the `tone` (3,), from 1 to -1 for the cloth (m,
-    3). Shaded skin, which is nearly as far from both, counts little."""
+    """Return the evidence (n,) that colors (n, 3) are skin: from 1 for the `tone` (3,) of the skin to
+    -1 for the cloth (m, 3). Shaded skin, which is about as far from both, counts little."""
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
     return np.asarray(np.clip((np.minimum(to_cloth, _SKIN) - to_skin) / _CLEAR, -1.0, 1.0))
@@ -170,7 +171,7 @@ def _hem(skin: FloatArray, places: IntArray) -> float | None:
     below = skin[cut + 1 :]
     bare = (
         max(_share(below), _share(below[: 3 * _BARE])) if len(below) >= _BARE else 0.0
-    )  # stockings and shoes may come after it, and shadows
+    )  # stockings, shoes and shadows may follow
     if bare < _RIGHT or _share(-skin[: cut + 1]) < _RIGHT or _ALONG[places[cut]] > _LOWEST:
         return None
     return float(_ALONG[places[cut : cut + 2]].mean())
@@ -184,8 +185,8 @@ def _share(evidence: FloatArray) -> float:
 def _filled(
     lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, palette: FloatArray
 ) -> bool:
-    """Whether right above the hem, between its places on both axes (3,), there is cloth in the
-    colors (m, 3) of the legs, and no shadow of two legs."""
+    """Return whether right above the hem, between its places on both axes (3,), there is cloth in
+    the colors (m, 3) of the legs, and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
     colors = _strip(lab, camera, left, right, _OVER)
@@ -194,8 +195,8 @@ def _filled(
 
 
 def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
-    """Whether the photo shows a shadow down the middle between both legs: then these are trousers,
-    although there is no gap between them."""
+    """Return whether the photo shows a shadow down the middle between both legs: then these are
+    trousers, although there is no gap between them."""
     from skimage.color import rgb2lab
 
     lab, (posed, _) = np.asarray(rgb2lab(subject.image), np.float64), _axes(body)

@@ -33,7 +33,7 @@ _AGREE = 0.25
 """Smallest cosine between the normals of skin and surface for which a hit counts."""
 _FOREIGN = (0.8, 0.012)
 """A hit counts if the nearest skin of another limb is farther away than the first value times the
-hit's own distance plus the second value, meters: nothing touches there."""
+hit's own distance plus the second value, meters, so that the limbs do not touch there."""
 _UNSEEN = 0.35
 """Weight of a displacement that the photo does not show, which only the network predicts."""
 _EVENED = 2
@@ -98,7 +98,7 @@ def observe(
     near : float
         See `CharacterSettings`.
     view : View
-        The photo that the surface is of.
+        The photo of the surface.
     """
     from scipy.spatial import cKDTree
 
@@ -154,8 +154,8 @@ def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArra
 
 
 def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Camera) -> BoolArray:
-    """Which places (n, 3), with the normals (n, 3) of the surface, the camera sees; places on the
-    outline count as seen."""
+    """Return which places (n, 3), with the normals (n, 3) of the surface, the camera sees; places
+    on the outline count as seen."""
     ahead = unit(
         camera.raised(camera.flatten(places) + np.array([0.0, 0.0, 0.01])) - places, least=1e-9
     )  # along the pixel's ray
@@ -167,8 +167,8 @@ def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Came
 
 
 def _of_person(places: FloatArray, view: View) -> BoolArray:
-    """Which places (n, 3) lie in pixels of the photo that show the person, and not something that
-    the mask took for the person."""
+    """Return which places (n, 3) lie in pixels of the photo that show the person, and not something
+    that the mask took for the person."""
     height, width = view.taken.shape
     pixels = np.floor(view.camera.project(places) / STEP).astype(np.int64)
     return np.asarray(

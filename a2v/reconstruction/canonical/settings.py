@@ -43,6 +43,6 @@ class CharacterSettings:
 
 
 def is_canonical(body: Body, settings: CharacterSettings) -> bool:
-    """Whether the character is the canonical one. Only for Anny are face, teeth and texture layout
-    available."""
+    """Return whether the character is the canonical one. Only for Anny are face, teeth and texture
+    layout available."""
     return settings.kind == "canonical" and body.model == "anny"

@@ -13,11 +13,11 @@ from a2v.reconstruction.canonical.observe import Observed
 from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
 ASIDE = 0.004
-"""Error of an observed displacement in the plane of the photo, where it comes from the outline,
+"""Error of an observed displacement in the plane of the photo, where the outline determines it,
 meters."""
 AHEAD = 0.010
-"""Error of an observed displacement along the rays of the photo, where the network guesses,
-meters."""
+"""Error of an observed displacement along the rays of the photo, where only the network predicts
+it, meters."""
 OWN_FACE = 1.3
 """Factor by which another photo has to show the face larger than the first one to give the face."""
 
@@ -43,8 +43,10 @@ class Sight:
 
 
 def face_of(subjects: Sequence[Subject]) -> int:
-    """Index of the photo that shows the face best: the first one if it does nearly as well, or if
-    no photo shows a face."""
+    """Return the index of the photo that shows the face best.
+
+    It is the first one if that is nearly as good, or if no photo shows a face.
+    """
     widths = [0.0 if subject.face is None else face_width(subject.face) for subject in subjects]
     best = int(np.argmax(widths))
     return best if widths[best] > OWN_FACE * widths[0] else 0
@@ -57,7 +59,7 @@ def merged(
     meters, and their weights (V,).
 
     Each observation counts by its precision: in the plane of its photo that of the outline, along
-    the rays that of the network. The weight of what a photo does not see enters squared.
+    the rays that of the network. The weights of places that a photo does not show enter squared.
     """
     total, value = np.zeros(len(seen[0].offset)), np.zeros(len(seen[0].offset))
     for one, weight in zip(seen, weights, strict=True):

@@ -31,8 +31,8 @@ _THICK = 0.003
 _BAND = 0.02
 """Height above and below a row within which skin gives the width of the legs, meters."""
 _SIDE = 1.0
-"""Sine of the angle beyond which the cloth follows the thigh of its side alone; between both it is
-blended. A smaller value tears in kicks."""
+"""Sine of the angle beyond which the cloth follows only the thigh of its side; between, it blends
+both. A smaller value tears in kicks."""
 _START = 0.06
 """Depth within the hull of the legs at which rays start, meters."""
 _MOST = 0.28
@@ -42,13 +42,13 @@ _SMOOTH = 0.03
 _BREAK = 3
 """Number of rows without cloth between the legs that end the skirt."""
 BELOW = 0.05
-"""Distance below the lowest place of a visible hem from which on legs are bare, meters: there the
+"""Distance below the lowest point of a visible hem beyond which legs are bare, meters. There the
 surface steps back to the legs."""
 _LEAST = 0.15
 """Smallest length of a skirt, meters; shorter cloth is a displacement of the trunk."""
 _STEPS = (0.04, 0.65)
-"""Cloth whose distance from the legs exceeded the first value, meters, ends where it falls below
-the second value times its largest distance."""
+"""If the distance of cloth from the legs exceeds the first value, meters, the cloth ends where the
+distance falls below the second value times its maximum."""
 _SHARE = 0.2
 """Height of the strip of the skirt at the bottom of the texture, by which the layout of the body
 shrinks."""
@@ -154,8 +154,8 @@ def make_skirt(
 
 
 def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, down to the height
-    `lowest`, meters: the body has no clothes there."""
+    """Return which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, down to the
+    height `lowest`, meters: the body has no clothes there."""
     low, top = (
         on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"),
         float(skirt.vertices[:, 1].max()),
@@ -176,7 +176,7 @@ def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
 
 
 def skirt_faces(count: int) -> IntArray:
-    """Faces (f, 3) of a layer of `count` vertices: both sides and the borders."""
+    """Return the faces (f, 3) of a layer of `count` vertices: both sides and the borders."""
     rows = count // (2 * COLUMNS)
     outer = _tube(rows)
     half = rows * COLUMNS
@@ -197,8 +197,8 @@ def skirt_faces(count: int) -> IntArray:
 
 @functools.lru_cache(maxsize=4)
 def skirt_layout(count: int) -> FloatArray:
-    """Texture coordinates (f, 3, 2) of `skirt_faces` in a strip at the bottom: the angle to the
-    right, the height up, the inner side below."""
+    """Return the texture coordinates (f, 3, 2) of `skirt_faces` in a strip at the bottom: the angle
+    to the right, the height up, the inner side below."""
     rows = count // (2 * COLUMNS)
     faces = skirt_faces(count)
     inner = (faces >= rows * COLUMNS).all(axis=1)

@@ -16,12 +16,12 @@ COVERED = tuple(name for name in PARTS if name.endswith(("torso", "thigh", "shin
 _SMOOTHED = 8
 """Rounds of averaging over neighbors that remove the anatomy under clothes."""
 _BALL = (0.02, 0.06)
-"""Distances in front of the ankle at which toes begin to close up, and from which on they are one,
-meters."""
+"""Distances in front of the ankle, meters: from the first on toes close up, and beyond the second
+they are one."""
 _SOLE = 0.016
 """Height above the lowest point of a foot below which a vertex belongs to the sole, meters."""
 _ARCH = 0.03
-"""Height above which nothing moves down when the sole is flattened, meters."""
+"""Height above which vertices do not move down when the sole is flattened, meters."""
 _LEATHER = 0.004
 """Thickness of a shoe around the toes, meters."""
 _BOX = 0.012
@@ -31,7 +31,8 @@ _STUB = 120.0
 _SPREAD = 120
 """Rounds that spread the vertices over the tip of a shoe."""
 _THINNED = 0.5
-"""Share of the radius that legs lose under a skirt, so that no step brings them through it."""
+"""Fraction of the radius that legs lose under a skirt, so that they do not pass through it in a
+step."""
 _THIN_BELOW = (0.02, 0.1)
 """Heights above the hem at which legs begin to get thinner, and from which on they are thin,
 meters."""
@@ -42,7 +43,7 @@ _MIDDLE = 0.03
 
 
 def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
-    """Smooth trunk and limbs of Anny's vertices and teeth (13854, 3): cloth shows neither navel nor
+    """Smooth trunk and limbs of Anny's vertices and teeth (13854, 3): cloth shows no navel and no
     cleft."""
     share = np.zeros((len(body.vertices), 1))
     share[on_parts(body.parts, *COVERED)] = 1.0
@@ -78,8 +79,8 @@ def in_shoes(body: Body, rest: FloatArray, *, bare: bool = False) -> FloatArray:
 
 
 def in_tips(body: Body, vertices: FloatArray, parts: IntArray) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie in the tip of a shoe, where toes are one.
-    The tip has its final shape already."""
+    """Return which vertices (V, 3) at rest, on `parts` (V,), lie in the tip of a shoe, where toes
+    are one. The tip has its final shape already."""
     result = np.zeros(len(vertices), bool)
     for side, letter in (("left", ".L"), ("right", ".R")):
         ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), 2, 3]
@@ -153,8 +154,8 @@ def thin_under_skirt(vertices: FloatArray, body: Body, hidden: BoolArray, hem: f
     """Make legs thinner where they are `hidden` (V,) under a skirt that ends at the height `hem`,
     meters; vertices (V, 3) at rest.
 
-    The skirt follows both thighs in part, but each thigh moves fully. Without this, a thigh that
-    swings forward comes through the cloth.
+    The skirt follows both thighs in part, but each thigh moves fully. Otherwise a thigh that swings
+    forward would pass through the cloth.
     """
     joints = [
         np.stack(

@@ -1,5 +1,5 @@
-"""A face that moves: the body model's own front of the head, laid where the photo shows the face,
-sewn into the surface."""
+"""A face that moves: the front of the body model's head, fitted to the face in the photo and sewn
+into the surface."""
 
 from a2v.reconstruction.face.build import FaceSettings, add_face
 

@@ -1,4 +1,4 @@
-"""Bring the face of the body to that of the photo: bent, or only moved and scaled."""
+"""Map the face of the body to that of the photo: bent, or only moved and scaled."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from a2v.types import FloatArray
 
 
 class Bend:
-    """Bend space so that the face of the body lies on that of the photo: in the plane by thin-plate
-    splines, in depth by the surface around."""
+    """Bends space so that the face of the body matches that of the photo.
+
+    In the plane it uses thin-plate splines; in depth it follows the surrounding surface.
+    """
 
     def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
         from scipy.interpolate import RBFInterpolator

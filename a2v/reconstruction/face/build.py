@@ -1,4 +1,4 @@
-"""Lay the face of the body on that of the photo and sew it into the surface, with its 52
+"""Map the face of the body to that of the photo and sew it into the surface, with its 52
 expressions."""
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
 TURNED = 38.0
-"""Angle from the camera, degrees, above which faces have no expressions on a fused surface, and the
-features of the model on a canonical one."""
+"""Largest angle of a face from the camera, degrees. Beyond it a fused surface gets no expressions,
+and a canonical one keeps the features of the model."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
-"""Scale of the teeth of the model, which are too large for its mouth: closed lips hide the scaled
-ones, and open lips show them."""
+"""Scale of the teeth of the model, which are too large for its mouth. Scaled, they are hidden by
+closed lips and visible between open lips."""
 _UPPER_UP = 0.0005
 """Distance by which the upper teeth move up, meters."""
 _LOWER_DOWN = 0.002
@@ -44,8 +44,8 @@ fraction of a millimeter, through which teeth are visible."""
 _LID = 0.82
 """Strength of the blink of the model: at 1 its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
-"""Angle by which the detector sees the face of the model, drawn from the front, bent forward,
-degrees."""
+"""Angle, degrees, bent forward, at which the detector sees the face of the model when it is drawn
+from the front."""
 _EYE_REACH = (0.027, 0.036)
 """Distances from the middle of an eye up to which its expressions have full strength, and at which
 they end, meters."""
@@ -142,7 +142,7 @@ def _unfit(subject: Subject, most: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class BentFace:
-    """The face of the body, laid on that of the photo.
+    """The face of the body, mapped to that of the photo.
 
     Attributes
     ----------
@@ -248,8 +248,8 @@ def _sewn(
 def _facing(
     posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera
 ) -> tuple[FloatArray, FloatArray]:
-    """Turn the vertices (V, 3) and rotations (V, 3, 3) of the body as the head in the photo.
-    Without it, teeth and tongue, which lie deep, are off to a side."""
+    """Turn the vertices (V, 3) and rotations (V, 3, 3) of the body like the head in the photo.
+    Otherwise the deep teeth and tongue would be off to a side."""
     from scipy.spatial.transform import Rotation
 
     ids, weights = face_landmarks()
@@ -306,8 +306,8 @@ def _share(name: str, posed: FloatArray) -> FloatArray:
 def _follow_surface(
     bend: Bend | Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
 ) -> None:
-    """Let the depths of the bend follow the surface: exactly at the rim of the patch, roughly
-    within."""
+    """Let the depths of the bend follow the surface: exactly at the rim of the patch, approximately
+    inside it."""
     from a2v.geometry.rays import ray_scene
 
     skin = patch.vertices[(patch.kinds == 0) & (patch.vertices < EYES.start)]
@@ -330,8 +330,11 @@ def _follow_surface(
 def _expressions(
     laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntArray, landmarks: FloatArray
 ) -> Face:
-    """All expressions on the new surface: its patch moves as the bent body, the surface around it
-    as the nearest vertices of the bent body."""
+    """Return all expressions on the new surface.
+
+    The patch moves like the bent body, the surface around it like the nearest vertices of the bent
+    body.
+    """
     from scipy.spatial import cKDTree
 
     patch = laid.patch

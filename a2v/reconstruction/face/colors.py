@@ -1,4 +1,4 @@
-"""Color the hidden parts of a face: the inside of the mouth, and the eyeballs under the lids."""
+"""Color the occluded parts of a face: the inside of the mouth, and the eyeballs under the lids."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ _TEETH = np.array([0.88, 0.85, 0.78])
 _GUM = np.array([0.72, 0.4, 0.38])
 _WHITE = np.array([0.84, 0.81, 0.79])
 _LASHES = 0.04
-"""Distance beyond the opening of an eye up to which the eyeball keeps the colors of the photo, in
-widths of the eye."""
+"""Width of the border around the opening of an eye in which the eyeball keeps the colors of the
+photo, in widths of the eye."""
 _BALL = 1.2
-"""Distance from the middle of an eye up to which its ball is painted, in widths of the eye; the
-other eye begins at one and a half."""
+"""Distance from the middle of an eye up to which its ball is painted, in widths of the eye. The
+other eye begins at 1.5."""
 _DEEP = 0.022
-"""Distance behind the lips from which on the mouth is dark, meters."""
+"""Distance behind the lips beyond which the mouth is dark, meters."""
 
 
 @dataclass(frozen=True)
 class FacePaint:
-    """Colors that come from the face instead of the pixels of the photo.
+    """Colors of the face that the photo does not show.
 
     Attributes
     ----------
@@ -143,8 +143,8 @@ def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray
             0,
             1,
         )[..., None]
-        # up to the lids, whose lashes and shadow belong on the ball: it would stand out from the
-        # photo's eye with a bright rim
+        # Up to the lids: their lashes and shadow belong on the ball, which otherwise would show a
+        # bright rim in the photo's eye.
         outside = cv2.distanceTransform(
             np.where(large > 127, 0, 255).astype(np.uint8), cv2.DIST_L2, 5
         )

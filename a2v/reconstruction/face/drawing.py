@@ -1,5 +1,7 @@
-"""Draw the face of the photo over the features of the body: a face that is not bent to the
-landmarks of the photo gets its colors by them."""
+"""Draw the face of the photo over the features of the body.
+
+A face that was not bent to the landmarks of the photo gets its colors this way.
+"""
 
 from __future__ import annotations
 
@@ -16,19 +18,20 @@ _SMOOTHING = 0.02
 """Smoothing of the drawing, which lets it miss landmarks: squared widths of the face times the
 value of the kernel."""
 _FADE = (0.05, 0.4)
-"""Distances from the landmarks up to which the photo moves with them, and from which on it does not
-move, in widths of the face."""
+"""Distances from the landmarks: up to the first the photo moves with them, from the second on it
+does not move; in widths of the face."""
 _STEP = 2
-"""Distance of the places at which the displacement is computed, pixels."""
+"""Distance between the pixels at which the displacement is computed."""
 
 
 def drawn_over(
     photo: FloatArray, surface: Surface, camera: OrthographicCamera
 ) -> tuple[FloatArray, Surface]:
-    """The photo (H, W, 3) with its face moved to the landmarks of the surface in the frame of
-    `camera`, and the surface with these landmarks.
+    """Move the face in the photo (H, W, 3) to the landmarks of the surface in the frame of
+    `camera`.
 
-    The vertices of the surface begin with those of Anny, whose face it has.
+    Returns the photo and the surface with these landmarks. The first vertices of the surface are
+    those of Anny, whose face it has.
     """
     import cv2
     from scipy.interpolate import RBFInterpolator
@@ -42,7 +45,7 @@ def drawn_over(
     landmarks = surface.face.landmarks.copy()
     landmarks[:, :2] = lying
     made = dataclasses.replace(surface, face=dataclasses.replace(surface.face, landmarks=landmarks))
-    # the outline of a turned face is no line on the skin
+    # the outline of a turned face is not a fixed line on the skin
     lying, shown = (
         placing_points(lying),
         placing_points(surface.face.landmarks[:, :2].astype(np.float64)),
@@ -62,8 +65,8 @@ def drawn_over(
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
     away, nearest = cKDTree(lying).query(places, workers=1)
     share = 1 - smoothstep(away / wide, *_FADE)
-    # beyond the landmarks a spline continues in straight lines, and may fold: there the
-    # displacement of the nearest landmark is used
+    # Beyond the landmarks a spline continues in straight lines and may fold. There the displacement
+    # of the nearest landmark is used.
     within = lying[nearest] + np.minimum(1.0, _FADE[0] * wide / np.maximum(away, 1e-9))[:, None] * (
         places - lying[nearest]
     )

@@ -92,7 +92,7 @@ def face_patch() -> Patch:
 
 
 def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Which faces (F,) a camera in front of the body sees."""
+    """Return which faces (F,) a camera in front of the body sees."""
     middle = vertices[faces].mean(axis=1)
     rays = np.concatenate(
         [middle + np.array([0, 0, 5.0]), np.tile([0, 0, -1.0], (len(middle), 1))], axis=1
@@ -102,8 +102,8 @@ def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
 
 
 def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
-    """Anny's vertices that cannot be reached from the crown without crossing the front between
-    brows and chin."""
+    """Return Anny's vertices that cannot be reached from the crown without crossing the front
+    between brows and chin."""
     import cv2
 
     ids, weights = face_landmarks()

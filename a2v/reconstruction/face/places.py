@@ -1,4 +1,4 @@
-"""Places of the parts of a face in the plane of the photo."""
+"""Landmarks of the parts of a face."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEFT_EYE = (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387
 RIGHT_IRIS = (468, 469, 470, 471, 472)
 """Middle and four points of the rim."""
 LEFT_IRIS = (473, 474, 475, 476, 477)
-"""The same."""
+"""Middle and four points of the rim."""
 LIPS = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185)
 MOUTH_ABOVE = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
 MOUTH_BELOW = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
@@ -22,11 +22,13 @@ BROWS = (70, 63, 105, 66, 107, 46, 53, 52, 65, 55, 300, 293, 334, 296, 336, 276,
 NOSE = (168, 6, 197, 195, 5, 4, 1, 2, 98, 327, 64, 294, 129, 358)
 CHEEKS = (116, 345, 117, 346, 118, 347, 205, 425, 50, 280, 101, 330, 199, 175, 32, 262)
 SURROUNDINGS = (205, 425, 50, 280, 199)
-"""Cheeks and chin, up to which the patch reaches."""
+"""Cheeks and chin, up to which the patch extends."""
 
 
 def placing_points(points: FloatArray) -> FloatArray:
-    """The points (K, 2 or 3) of all 478 that place the face. The opening of the mouth counts as a
-    line, even if it is open."""
+    """Return those of the 478 points that place the face, (K, 2 or 3).
+
+    The opening of the mouth counts as a line, even if it is open.
+    """
     line = (points[list(MOUTH_ABOVE)] + points[list(MOUTH_BELOW)]) / 2
     return np.concatenate([points[[*RIGHT_EYE, *LEFT_EYE, *LIPS, *BROWS, *NOSE, *CHEEKS]], line])

@@ -53,8 +53,11 @@ def cut_and_sew(
 def _covered(
     vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch: Patch
 ) -> BoolArray:
-    """Which vertices (V,) of a surface lie at the patch: their nearest vertex of the visible front
-    of the body belongs to the patch, or is adjacent to it."""
+    """Return which vertices (V,) of a surface lie at the patch.
+
+    Their nearest vertex of the visible front of the body belongs to the patch, or is adjacent to
+    it.
+    """
     from scipy.spatial import cKDTree
 
     from a2v.geometry.rays import ray_scene

@@ -1,7 +1,7 @@
-"""Pixel-aligned implicit functions: a person's surface and colors from one photo and the body that
-was fitted to it.
+"""Pixel-aligned implicit functions: a person's surface and colors from one photo and the fitted
+body.
 
-`implicit_surface(subject, body, camera)` runs the shipped networks; `train_reconstruction` makes
+`implicit_surface(subject, body, camera)` runs the shipped networks; `train_reconstruction` trains
 them.
 """
 

@@ -1,5 +1,4 @@
-"""The fitted body where the networks' maps have it: moved in depth, vertex by vertex, smoothly over
-its skin."""
+"""Move the fitted body in depth to the networks' maps, vertex by vertex, smoothly over its skin."""
 
 from __future__ import annotations
 
@@ -16,18 +15,18 @@ from a2v.reconstruction.implicit.model import ImplicitPerson
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera
 
 STIFFNESS = 50.0
-"""How far moves spread over the guide's skin: the square of its edges."""
+"""Distance over which moves spread on the guide's skin: the square of the number of edges."""
 EDGE = 0.04
-"""A step in the guide's depth from pixel to pixel, meters, near which maps tell nothing: they are
-blurred over it."""
+"""Step in the guide's depth from pixel to pixel above which maps are not used nearby, meters: they
+are blurred over it."""
 DOUBT = 0.04
-"""Moves of so many meters count a quarter: where maps and fit are far apart, it is as often the
-maps that are wrong."""
+"""Moves of this many meters have a weight of one quarter. Where maps and fit are far apart, often
+the maps are wrong."""
 
 
 def moved_body(person: ImplicitPerson, body: Body) -> Body:
-    """The body, in the frame that the person was seen in, with the depths that the networks' maps
-    give its skin."""
+    """Return the body, in the frame of the person's camera, with its skin at the depths of the
+    networks' maps."""
     frame = person.frame
     zoom = GUIDE / frame.size
     camera = OrthographicCamera(
@@ -56,8 +55,8 @@ def moved_body(person: ImplicitPerson, body: Body) -> Body:
 
 
 def _smooth_pixels(depth: FloatArray) -> BoolArray:
-    """Pixels (H, W) of a depth map, NaN outside, that are not near a step of over `EDGE` or the
-    border."""
+    """Return pixels (H, W) of a depth map, NaN outside, that are not near a step above `EDGE` or
+    near the border."""
     import cv2
 
     known = np.isfinite(depth)
@@ -67,8 +66,11 @@ def _smooth_pixels(depth: FloatArray) -> BoolArray:
 
 
 def spread_over_mesh(values: FloatArray, trust: FloatArray, faces: IntArray) -> FloatArray:
-    """One value (V,) a vertex from several (K, V) that are trusted as `trust` (K, V) says: smooth
-    over the mesh, 0 far from all that is known."""
+    """Combine several values (K, V) per vertex with their `trust` (K, V) into one value (V,),
+    smooth over the mesh.
+
+    It is 0 far from all known values.
+    """
     from scipy.sparse import coo_matrix, diags
     from scipy.sparse.linalg import spsolve
 

@@ -1,9 +1,9 @@
-"""What the networks are given, made alike from a training view and from a photo: one square frame,
-the guide's maps, points.
+"""Inputs of the networks, the same for a training view and a photo: one square frame, the guide's
+maps, points.
 
 The *frame* is a square of the photo around the person, whose longer side fills 0.9 of it. A `place`
-is a position in the frame, -1 to 1, x to the right and y down, so that maps of any resolution are
-sampled alike.
+is a position in the frame, -1 to 1, x to the right and y down. It is independent of the resolution
+of a map.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from a2v.geometry.rays import RayScene, side_view, signed_distance_and_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 FRAME = 1024
-"""Pixels of the frame's side: input of the fine level; the whole-person networks take half."""
+"""Side of the frame, pixels: input of the fine level. The whole-person networks take half of it."""
 GUIDE = 256
-"""Pixels of the guide's maps."""
+"""Side of the guide's maps, pixels."""
 FILL = 0.9
-"""The person's longer side as a share of the frame's."""
+"""The person's longer side as a fraction of the frame's side."""
 REACH = 0.3
 """Distances to the mask are clipped at this, meters."""
 
@@ -48,13 +48,14 @@ class Frame:
 
     @property
     def size(self) -> int:
-        """Pixels of a side."""
+        """Side of the frame, pixels."""
         return int(self.mask.shape[0])
 
 
 def frame_box(mask: FloatArray, fill: float = FILL) -> tuple[float, float, float]:
-    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels; the person
-    fills `fill` of it.
+    """Return middle (u, v) and side of the square around the person in a mask (H, W), pixels.
+
+    The person's longer side fills `fill` of the square.
 
     Raises
     ------
@@ -84,9 +85,9 @@ def make_frame(
     u, v, side = frame_box(mask, fill)
     zoom = size / side
     matte = np.asarray(mask, np.float32)
-    if zoom < 1:  # OpenCV's warp looks at four pixels only
+    if zoom < 1:  # OpenCV's warp samples only four pixels
         image, matte = (cv2.GaussianBlur(x, (0, 0), 0.45 / zoom) for x in (image, matte))
-    # pixel centers lie at halves: ours and OpenCV's coordinates differ by 0.5
+    # pixel centers are at halves here and at integers in OpenCV
     shift = size / 2 - zoom * np.array([u, v]) + 0.5 * zoom - 0.5
     move = np.array([[zoom, 0, shift[0]], [0, zoom, shift[1]]])
     flags = cv2.INTER_LINEAR if zoom < 1 else cv2.INTER_CUBIC
@@ -110,8 +111,8 @@ def make_frame(
 
 
 def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
-    """The photo's channels (4, size, size) float32: colors less mid gray times the mask, and the
-    mask."""
+    """Return the photo's channels (4, size, size) float32: colors minus mid gray times the mask,
+    and the mask."""
     import cv2
 
     opacity = np.asarray(mask, np.float32)
@@ -125,15 +126,15 @@ def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class GuideMaps:
-    """A body as the photo's camera sees it, and as it is seen through from behind, on the frame's
-    pixels.
+    """Front and back of a body on the frame's pixels, as the photo's camera sees them (the back
+    through the body).
 
     Attributes
     ----------
     depth_front, depth_back : (H, W) float32
-        z, meters; NaN where the body is not.
+        z, meters; NaN outside the body.
     normals_front, normals_back : (H, W, 3) float32
-        Unit normals in the camera's axes; 0 where the body is not.
+        Unit normals in the camera's axes; 0 outside the body.
     """
 
     depth_front: FloatArray
@@ -143,8 +144,8 @@ class GuideMaps:
 
 
 class GuideMesh:
-    """A closed body mesh, vertices (V, 3) meters and faces (F, 3), that points and pixels are
-    compared with."""
+    """A closed body mesh, vertices (V, 3) meters and faces (F, 3), for distances of points and maps
+    of pixels."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
         self._vertices, self._faces = np.asarray(vertices, np.float32), np.asarray(faces)
@@ -157,14 +158,14 @@ class GuideMesh:
         return self._vertices, self._faces
 
     def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Signed distance (N,) to the body, meters, negative inside, and its unit normal (N, 3) at
-        the nearest point."""
+        """Return the signed distance (N,) to the body, meters, negative inside, and its unit normal
+        (N, 3) at the nearest point."""
         return signed_distance_and_normals(
             self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32)
         )
 
     def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
-        """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
+        """Return its maps at `size` pixels for the camera of a frame of `frame` pixels."""
         front, back = (
             side_view(self._rays, self._normals, camera, frame, size, side) for side in (1, -1)
         )
@@ -172,16 +173,18 @@ class GuideMesh:
 
 
 def mask_distance(mask: FloatArray, pixels_per_meter: float) -> FloatArray:
-    """Signed distance (H, W) to the contour of ``mask > 0.5``, meters, negative inside, clipped at
-    `REACH`."""
+    """Return the signed distance (H, W) to the contour of ``mask > 0.5``, meters, negative inside,
+    clipped at `REACH`."""
     return np.clip(contour_distance(mask > 0.5) / pixels_per_meter, -REACH, REACH).astype(
         np.float32
     )
 
 
 def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
-    """The guide's channels (10, H, W) float32: its maps, carried on from the nearest pixel where it
-    is not, its mask, `mask_distance`."""
+    """Return the guide's channels (10, H, W) float32: its maps, its mask, and `mask_distance`.
+
+    Outside the body the maps are extended from the nearest pixel.
+    """
     there: BoolArray = np.isfinite(maps.depth_front)
     if not there.any():
         raise InputError(
@@ -200,5 +203,6 @@ def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
 
 
 def place_of(points: FloatArray, camera: OrthographicCamera, frame: int) -> FloatArray:
-    """Where points (..., 3) lie in a frame of `frame` pixels: (..., 2) float32 in [-1, 1]."""
+    """Return the places of points (..., 3) in a frame of `frame` pixels: (..., 2) float32 in [-1,
+    1]."""
     return np.asarray(camera.project(points) * (2 / frame) - 1, np.float32)

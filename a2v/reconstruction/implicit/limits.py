@@ -1,9 +1,9 @@
-"""How far the networks may move a person's surface from that of the dressed body, so that no limb
-becomes a slab and nothing is spun between limbs.
+"""Limits on the networks' surface relative to the dressed body: no limb becomes a slab, and nothing
+is spanned between limbs.
 
-A network that is unsure of the depth fills what lies between all places where a limb could be. So
-its field has a say within a shell around the fitted body as `dress` dresses it, and nowhere else:
-the surface keeps the topology of a person, and limbs that nothing shows are whole.
+A network that is unsure of a limb's depth fills the space between all its possible positions. So
+its field is used only within a shell around the fitted body after `dress`. The surface then keeps
+the topology of a person, and occluded limbs are complete.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from a2v.reconstruction.implicit.model import ImplicitPerson
 from a2v.types import FloatArray, IntArray, OrthographicCamera
 
 THICKER = 0.06
-"""The surface moves out by at most this share of the thickness that the dressed body has there."""
+"""Largest move outward, as a fraction of the dressed body's thickness there."""
 THINNER = 0.2
-"""It moves in by at most this share of it."""
+"""Largest move inward, as a fraction of that thickness."""
 GAP = 0.4
-"""It moves out by at most this share of the way to what is next to it: limbs that stand apart stay
-apart."""
+"""Largest move outward, as a fraction of the distance to the next surface, so that separate limbs
+stay separate."""
 RIM = 0.15
-"""It moves by at most this share of the way to the mask's contour: at the contour a body is
+"""Largest move, as a fraction of the distance to the mask's contour: at the contour a body is
 round."""
 CLOTH = 0.15
-"""So much of that where cloth hangs between the legs: the networks are guided by a body that has
-nothing there, and would tear it."""
+"""The same fraction for cloth between the legs. The guide of the networks has nothing there, so
+that they would tear the cloth."""
 BAND = 0.025
-"""It never moves farther, meters."""
+"""Largest move, meters."""
 THICKEST = 0.25
-"""More than so many meters of thickness do not count."""
+"""Larger thickness is clipped to this, meters."""
 ROUNDS = 20
-"""Thickness is averaged over so many rings of neighbors on the grid's mesh."""
+"""Number of rings of neighbors on the grid's mesh over which the thickness is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +51,11 @@ class ShellLimits:
     Attributes
     ----------
     dressed : DressedBody
-        Its distances are known up to `BAND` at least.
+        Its distances are known at least up to `BAND`.
     places : scipy.spatial.cKDTree
-        Of points (P, 3) on its surface.
+        Tree of points (P, 3) on its surface.
     outwards, inwards : (P,)
-        How far the surface may move there, meters.
+        Largest moves of the surface there, meters.
     inside : (S, S) float32
         Distance to the mask's contour, meters, 0 outside.
     camera : OrthographicCamera
@@ -71,13 +71,12 @@ class ShellLimits:
 
     @classmethod
     def of(cls, person: ImplicitPerson, dressed: DressedBody) -> ShellLimits:
-        """The limits of a person that the networks saw, around the dressed body in the frame of the
-        same camera.
+        """Build the limits of a person around the dressed body in the frame of the same camera.
 
         Raises
         ------
         InputError
-            Nothing is left of the body within the mask.
+            No part of the body lies within the mask.
         """
         from scipy.spatial import cKDTree
 
@@ -98,8 +97,8 @@ class ShellLimits:
         )
 
     def keep(self, points: FloatArray, values: FloatArray) -> FloatArray:
-        """Signed distances `values` (N,) at points (N, 3), meters, so that their zero level lies
-        within the shell."""
+        """Clamp signed distances `values` (N,) at points (N, 3), meters, so that their zero level
+        lies within the shell."""
         from scipy.ndimage import map_coordinates
 
         grid = self.dressed.grid
@@ -123,10 +122,11 @@ class ShellLimits:
 
 
 def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
-    """How thick a closed mesh, vertices (V, 3) and faces (F, 3), is behind each vertex (V,), and
-    how far it is to what is before it (V,); meters.
+    """Measure the thickness of a closed mesh behind each vertex (V,), and the free distance in
+    front of it (V,); meters.
 
-    Thickness is at most `THICKEST`; the way is infinite where there is nothing.
+    The mesh has vertices (V, 3) and faces (F, 3). Thickness is at most `THICKEST`; the distance is
+    infinite if nothing is in front.
     """
     normals = vertex_normals(vertices, faces)
     rays = RayScene(vertices, faces)
@@ -148,7 +148,7 @@ def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
 
     if not (dressed.field < 0).any():
         raise InputError(
-            "nothing of the body lies within the mask; fit it to this photo first "
+            "no part of the body lies within the mask; fit it to this photo first "
             "(a2v.body.fit_body)"
         )
     closed = np.pad(dressed.field, 1, constant_values=BAND)

@@ -1,5 +1,5 @@
-"""The shipped networks at work on one person: maps once, then distances and colors of any points,
-by onnxruntime."""
+"""Run the shipped networks on one person: maps once, then distances and colors of any points, by
+onnxruntime."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ COLORS_FILE = "person_colors.onnx"
 """The network of colors."""
 FILES = (MAPS_FILE, FIELD_FILE, COLORS_FILE)
 CHUNK = 65_536
-"""Points a call: bounds memory."""
+"""Number of points per call; bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class ImplicitModel:
     ----------
     folder : Path
     metadata : mapping
-        What the files say of themselves.
+        Metadata of the files.
     threads : int
-        Of onnxruntime; 0 for its default.
+        Number of threads of onnxruntime; 0 for its default.
     """
 
     folder: Path
@@ -61,12 +61,12 @@ class ImplicitModel:
     def load(
         cls, folder: str | os.PathLike[str] | None = None, *, threads: int = 0
     ) -> ImplicitModel:
-        """Open the shipped model, or that of a folder that ``export/reconstruction.py`` wrote.
+        """Open the shipped model, or a model in a folder written by ``export/reconstruction.py``.
 
         Raises
         ------
         InputError
-            A file is missing or none of ours.
+            A file is missing or not an a2v model.
         """
         where = Path(folder) if folder is not None else WEIGHTS
         for name in FILES:
@@ -86,15 +86,15 @@ class ImplicitModel:
         return sha256(" ".join(file_digest(self.folder / name) for name in FILES).encode())
 
     def see(self, subject: Subject, body: Body, camera: OrthographicCamera) -> ImplicitPerson:
-        """Look at the person of a photo, with the body that was fitted to it, in the frame of
-        `camera`."""
+        """Compute the maps of the person in a photo, with the fitted body in the frame of `camera`
+        as guide."""
         frame = make_frame(subject.image, subject.mask, camera)
         vertices, faces, _ = outer_skin(body)
         return self.see_frame(frame, vertices, faces)
 
     def see_frame(self, frame: Frame, vertices: FloatArray, faces: Any) -> ImplicitPerson:
-        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), meters, in the frame of
-        its camera."""
+        """Compute the maps of a frame with a guide mesh: vertices (V, 3), faces (F, 3), meters, in
+        the frame of its camera."""
         import cv2
 
         middle = float(np.mean(vertices[:, 2]))
@@ -114,7 +114,7 @@ class ImplicitModel:
 
 @dataclass(frozen=True)
 class ImplicitPerson:
-    """What a model knows of one person.
+    """One person with the networks' maps.
 
     Attributes
     ----------
@@ -125,8 +125,8 @@ class ImplicitPerson:
     middle : float
         Mean z of the body in the frame of the camera, meters.
     maps : mapping of str to array
-        Inputs and outputs of the network that saw the photo; ``maps["maps"]`` (1, 8, 256, 256)
-        holds normals and depths.
+        Inputs and outputs of the network of maps; ``maps["maps"]`` (1, 8, 256, 256) holds normals
+        and depths.
     """
 
     model: ImplicitModel

@@ -1,5 +1,4 @@
-"""The `pifu` backend: the surface that the networks see in a photo, and the colors that they
-expect on it."""
+"""The `pifu` backend: surface and colors that the networks predict from a photo."""
 
 from __future__ import annotations
 
@@ -27,8 +26,8 @@ from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, 
 MARGIN = 0.08
 """Clothes and hair reach at most this far beyond the body and the mask, meters."""
 COARSER = 0.8
-"""The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a
-second faster."""
+"""Cell size of the grid on which the body is dressed, relative to the surface's. It is good enough
+for a shell and saves a second."""
 RIM = 0.004
 """Distance to the mask's contour, meters, below which the surface is not smoothed. This keeps the
 silhouette."""
@@ -36,16 +35,16 @@ silhouette."""
 
 @dataclass(frozen=True)
 class ImplicitSettings:
-    """How the networks' field becomes a surface.
+    """Settings of the surface from the networks' field.
 
     Attributes
     ----------
     weights : str
         Folder with custom ONNX files; "" for the shipped ones.
     resolution : int
-        Cells of the finest grid over the person's longer side.
+        Number of cells of the finest grid over the person's longer side.
     vertices : int
-        Vertices to aim at, at least 25,000.
+        Target number of vertices, at least 25,000.
     smoothing : int
         Rounds of Taubin smoothing of the finished mesh, except at its rim; 0 for none. It removes
         faint lines at the cells of the networks' maps.
@@ -107,8 +106,9 @@ def implicit_surface(
     Returns
     -------
     Surface
-        One watertight piece with at least 25,000 vertices; `colors` are the networks' (c^p of Eq.
-        14: give them to `color_surface` as its prior). `provenance` holds `silhouette_iou`.
+        One watertight piece with at least 25,000 vertices; `colors` are predicted by the networks
+        (c^p of Eq. 14); pass them to `color_surface` as its prior. `provenance` holds
+        `silhouette_iou`.
 
     Raises
     ------
@@ -122,12 +122,16 @@ def implicit_surface(
             f"the reconstruction model in {model.folder} has the digest {model.digest}, not "
             f"{settings.digest}"
         )
-    person = model.see(subject, body, camera)
+    with ThreadPoolExecutor(1) as beside:  # Solve for the fingers while the networks run.
+        bent = beside.submit(bend_fingers, body, subject, camera)
+        person = model.see(subject, body, camera)
+        fingers = bent.result()
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
-    with ThreadPoolExecutor(1) as beside:  # the networks at the rim, and meanwhile the shell
+    # compute the networks at the rim, and meanwhile the shell
+    with ThreadPoolExecutor(1) as beside:
         rim = beside.submit(rim_levels, person, bounds)
-        limits = _limits(person, subject, body, camera, settings) if settings.limits else None
+        limits = _limits(person, subject, fingers, camera, settings) if settings.limits else None
         levels = rim.result()
     vertices, faces = _shape(person, bounds, levels, limits, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
@@ -151,9 +155,8 @@ def _limits(
     camera: OrthographicCamera,
     settings: ImplicitSettings,
 ) -> ShellLimits:
-    """The shell around the body, dressed where the maps have it, its fingers bent as the photo
-    shows them."""
-    placed = moved_body(person, bend_fingers(body, subject, camera))
+    """Return the shell around the dressed body, with the maps' depths and the photo's fingers."""
+    placed = moved_body(person, body)
     cells = SurfaceSettings(resolution=max(200, round(COARSER * settings.resolution)))
     return ShellLimits.of(person, dress(subject, placed, camera, settings=cells, reach=BAND))
 
@@ -166,8 +169,11 @@ def _shape(
     settings: ImplicitSettings,
     progress: Progress | None,
 ) -> tuple[FloatArray, IntArray]:
-    """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask,
-    smoothed and with the relief of the maps."""
+    """Extract vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the
+    mask.
+
+    The surface is smoothed and gets the relief of the maps.
+    """
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
 
     def field(points: FloatArray) -> FloatArray:
@@ -196,8 +202,8 @@ def _shape(
 def smooth_surface(
     vertices: FloatArray, faces: IntArray, share: FloatArray, rounds: int
 ) -> FloatArray:
-    """Vertices (V, 3) after Taubin smoothing, which does not shrink, as far as `share` (V,) from 0
-    to 1 says."""
+    """Smooth vertices (V, 3) by Taubin smoothing, which does not shrink, weighted by `share` (V,)
+    from 0 to 1."""
     if not rounds:
         return vertices
     import pymeshlab
@@ -212,11 +218,11 @@ def smooth_surface(
 def expected_normals(
     person: ImplicitPerson, vertices: FloatArray, faces: IntArray, inside: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The normals (V, 3) that the networks' maps of front and back hold of each vertex, and how far
-    to trust them (V,), 0 to 1.
+    """Return the normals (V, 3) of the vertices in the networks' maps of front and back, and their
+    trust (V,), 0 to 1.
 
-    Where a vertex is seen from neither side its own normal stands, trusted not at all; `inside`
-    (V,) is 0 at the mask's contour.
+    A vertex that is visible from neither side keeps its own normal, with trust 0. `inside` (V,) is
+    0 at the mask's contour.
     """
     own = vertex_normals(vertices, faces)
     maps = person.maps["maps"][0]
@@ -245,12 +251,13 @@ def rim_levels(
     largest: float = 0.02,
     reach: float = 0.03,
 ) -> FloatArray:
-    """The level of the field at which its silhouette meets the mask's contour, meters, at most
-    `largest` off 0, by pixel of the frame (H, W).
+    """Return the level of the field at which its silhouette meets the mask's contour, per pixel of
+    the frame (H, W).
 
-    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimeters
-    within the person, or beyond. Near the contour (`reach`) the level is what is missing there,
-    smoothed along the contour; elsewhere it is the median.
+    Levels are in meters, at most `largest` from 0. A network that is unsure of the depth is also
+    unsure of the rim: its zero level lies some millimeters inside or outside the person. Within
+    `reach` of the contour the level corrects this offset, smoothed along the contour; elsewhere it
+    is the median.
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 

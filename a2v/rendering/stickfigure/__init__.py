@@ -1,4 +1,4 @@
-"""Stick figures with matplotlib: rows of poses, poses along a path, and animations.
+"""Stick figures drawn by matplotlib: rows of poses, poses along a path, and animations.
 
 Every picture is an orthographic view of the world (meters, y up) with equal axes: the ground at y =
 0 with a grid, the figure's shadow straight below it and the root's path on it; the person's left is

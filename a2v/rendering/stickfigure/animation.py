@@ -1,4 +1,4 @@
-"""Moving stick figures."""
+"""Animated stick figures."""
 
 from __future__ import annotations
 
@@ -35,11 +35,10 @@ def animate(
     columns: int | None = None,
     settings: StickSettings | None = None,
 ) -> Iterator[ByteArray]:
-    """Frames (H, W, 3) uint8 of one moving figure, or of several in a grid; shorter clips hold
-    their last pose.
+    """Yield frames (H, W, 3) uint8 of one moving figure, or of several in a grid.
 
-    The camera stands still, or goes along with a figure whose path is longer than
-    ``settings.follow``.
+    Shorter clips hold their last pose. The camera stands still, or follows a figure whose path is
+    longer than ``settings.follow``.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def animate(
     titles : sequence of str or None
         Text above each figure.
     columns : int or None
-        Figures a row; None makes the grid about twice as wide as high.
+        Figures per row; None makes the grid about twice as wide as high.
     settings : StickSettings or None
 
     Raises
@@ -83,7 +82,7 @@ def animate(
 
 
 def _frames(figure: Figure, panels: Sequence[_Panel], count: int) -> Iterator[ByteArray]:
-    """Draw what stands still once, then only what moves."""
+    """Draw the still parts once, then only the moving ones."""
     canvas: Any = figure.canvas
     moving = [artist for panel in panels for artist in panel.moving]
     for artist in moving:
@@ -116,7 +115,8 @@ class _Panel:
         ground = np.array([1.0, 0.0, 1.0])
         root = clip.root * ground
         follows = float(np.ptp(root, axis=0).max()) > settings.follow
-        # the camera's path is smoother than the person's, so that the person still sways
+        # the camera's path is smoother than the person's, so that the sway of the person stays
+        # visible
         self.center = (
             _smooth(root, 1.2 * clip.fps)
             if follows
@@ -142,7 +142,7 @@ class _Panel:
         self.follows = follows
 
     def show(self, frame: int) -> None:
-        """Show one frame; the last one stays."""
+        """Show one frame; after the end, the last one."""
         frame = min(frame, self.clip.frames - 1)
         view, center = (self.settings.azimuth, self.settings.elevation), self.center[frame]
         if self.follows:
@@ -165,7 +165,7 @@ class _Panel:
 
 
 def _smooth(path: FloatArray, frames: float) -> FloatArray:
-    """A path (T, 3) without what is quicker than about `frames`."""
+    """Low-pass a path (T, 3): removes changes faster than about `frames`."""
     from scipy.ndimage import gaussian_filter1d
 
     smoothed: FloatArray = gaussian_filter1d(

@@ -1,5 +1,5 @@
-"""What stick figures are made of: settings, the view, the figure, the ground, and panels without
-ticks (matplotlib).
+"""Parts of stick figures in matplotlib: settings, the view, the figure, the ground, and panels
+without ticks.
 
 Every picture is an orthographic view of the world (meters, y up) with equal axes: the ground at y =
 0 with a grid, the figure's shadow straight below it; the person's left is red, the right blue.
@@ -28,7 +28,7 @@ SHADOW = "#c9c9c4"
 PATH = "#3a9d5d"
 
 MAX_PANELS = 64
-"""Most figures in one animation."""
+"""Largest number of figures in one animation."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,19 @@ class StickSettings:
     Attributes
     ----------
     size : int
-        Pixels a panel of an animation; height of a row of poses.
+        Side of a panel of an animation, or height of a row of poses, pixels.
     azimuth, elevation : float
-        From where the camera looks, degrees: 0 is the front (from +z), positive azimuth goes to the
+        Direction of the camera, degrees: 0 is the front (+z), positive azimuth goes toward the
         person's left (+x), positive elevation up.
     left, right, middle : str
         Colors of the person's left and right limbs and of the rest.
     bone, head : float
         Thickness of bones, radius of the head, meters.
     cell : float
-        Distance of the grid's lines, meters.
+        Distance between the grid's lines, meters.
     follow : float
-        Extent of a path over the ground beyond which the camera of an animation goes with the
-        figure, meters.
+        Extent of a path over the ground beyond which the camera of an animation follows the figure,
+        meters.
     """
 
     size: int = 256
@@ -72,8 +72,8 @@ class StickSettings:
 
 
 def project(points: FloatArray, azimuth: float, elevation: float) -> FloatArray:
-    """Orthographic view of points (..., 3): to the right, up, and towards the camera, meters (...,
-    3).
+    """Project points (..., 3) orthographically: to the right, up, and toward the camera, meters
+    (..., 3).
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class FigureArtists:
         colors = {"left": settings.left, "right": settings.right, "": settings.middle}
         self.colors = np.array([colors[split_side(name)[0]] for name in motion.joint_names[1:]])
         self.head = canonical_joints(motion.joint_names, motion.parents.tolist()).get("head")
-        # line widths are in points: meters by the panel's scale
+        # line widths are in points, so meters are converted by the panel's scale
         width = settings.bone * _points_per_unit(ax)
         self.shadow = LineCollection(
             [], linewidths=width, colors=SHADOW, capstyle="round", zorder=2
@@ -135,7 +135,7 @@ class FigureArtists:
         view = self.settings.azimuth, self.settings.elevation
         seen = project(joints, *view) + np.array([*shift, 0.0])
         flat = project(joints * np.array([1.0, 0.0, 1.0]), *view) + np.array([*shift, 0.0])
-        order = np.argsort((seen[self.starts, 2] + seen[self.ends, 2]) / 2)  # the farthest first
+        order = np.argsort((seen[self.starts, 2] + seen[self.ends, 2]) / 2)  # farthest first
         self.bones.set_segments(
             list(np.stack([seen[self.starts, :2], seen[self.ends, :2]], axis=1)[order])
         )
@@ -152,7 +152,7 @@ class FigureArtists:
 
 
 def _points_per_unit(ax: Axes) -> float:
-    """Typographic points of one meter in a panel whose limits are set."""
+    """Return the number of typographic points per meter in a panel whose limits are set."""
     low, high = ax.get_xlim()
     box = ax.get_position()
     figure = ax.get_figure(root=True)
@@ -161,7 +161,7 @@ def _points_per_unit(ax: Axes) -> float:
 
 
 def faded(color: str, share: float) -> tuple[float, float, float]:
-    """A color as RGB in [0, 1], the `share` of the way to white."""
+    """Blend a color toward white by `share`; RGB in [0, 1]."""
     from matplotlib.colors import to_rgb
 
     red, green, blue = (float(value + (1 - value) * share) for value in to_rgb(color))
@@ -169,7 +169,7 @@ def faded(color: str, share: float) -> tuple[float, float, float]:
 
 
 def ground_grid(low: FloatArray, high: FloatArray, settings: StickSettings) -> FloatArray:
-    """Lines (L, 2, 3) of a grid on the ground over x and z from `low` to `high` (2,)."""
+    """Return lines (L, 2, 3) of a grid on the ground over x and z from `low` to `high` (2,)."""
     cell = settings.cell
     first, last = np.floor(low / cell) * cell, np.ceil(high / cell) * cell
     xs, zs = (np.arange(first[i], last[i] + cell / 2, cell) for i in (0, 1))
@@ -182,7 +182,7 @@ def ground_grid(low: FloatArray, high: FloatArray, settings: StickSettings) -> F
 def draw_ground(
     ax: Axes, lines: FloatArray, settings: StickSettings, shift: tuple[float, float] = (0.0, 0.0)
 ) -> list[Any]:
-    """The plane under grid lines (L, 2, 3) and the lines; returns the artists."""
+    """Draw the plane under grid lines (L, 2, 3), and the lines; returns the artists."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     flat = lines.reshape(-1, 3)
@@ -205,7 +205,7 @@ def draw_ground(
 def empty_axes(
     figure: Figure, box: tuple[float, float, float, float], low: FloatArray, high: FloatArray
 ) -> Axes:
-    """Axes without ticks at `box` (fractions of the figure) whose limits hold `low` to `high` at
+    """Return axes without ticks at `box` (fractions of the figure) that contain `low` to `high` at
     equal scales."""
     ax = figure.add_axes(box)
     ax.set_axis_off()
@@ -233,7 +233,8 @@ def _figure_class() -> Any:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure of its own (no pyplot, so nothing stays in memory), inches at 100 dots."""
+    """Return a figure without pyplot (nothing stays in memory); size in inches at 100 dots per
+    inch."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Figure = _figure_class()(figsize=(width, height), dpi=100, facecolor="white")
@@ -242,7 +243,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def single_clips(motion: Motion | Sequence[Motion]) -> list[Motion]:
-    """Single clips of a clip, a batch or several motions."""
+    """Split a clip, a batch or several motions into single clips."""
     motions = [motion] if isinstance(motion, Motion) else list(motion)
     clips = [
         item[index] if item.batch else item for item in motions for index in np.ndindex(item.batch)
@@ -253,7 +254,7 @@ def single_clips(motion: Motion | Sequence[Motion]) -> list[Motion]:
 
 
 def titles_of(titles: Sequence[str] | None, clips: Sequence[Motion]) -> list[str]:
-    """The titles, one a clip; empty ones for None. Another number of titles is an `InputError`."""
+    """Return one title per clip, empty for None. A wrong number of titles is an `InputError`."""
     given = list(titles) if titles is not None else [""] * len(clips)
     if len(given) != len(clips):
         raise InputError(f"{len(given)} titles for {len(clips)} clips")

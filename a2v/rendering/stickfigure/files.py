@@ -1,4 +1,4 @@
-"""Stick figures in files."""
+"""Files of stick figures."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def save_stick_figures(
     Raises
     ------
     InputError
-        Another suffix, or as for `plot_rows`, `animate` and the writers of videos.
+        Another suffix, or an error of `plot_rows`, `animate` or the video writers.
     """
     suffix = Path(path).suffix.lower()
     if suffix in _VIDEOS:
@@ -56,8 +56,8 @@ def save_stick_figures(
 
 
 def draw_motion(path: str | os.PathLike[str], motion: Motion) -> None:
-    """`save_stick_figures` of a clip or batch (N,): titles are the actions of its clips, frames
-    that an outpainting was given are paler."""
+    """Draw a clip or batch (N,) by `save_stick_figures`. Titles are the clips' actions; the given
+    frames of an outpainting are paler."""
     titles = motion.action.split("|") if "|" in motion.action else None
     save_stick_figures(path, motion, titles=titles, given=motion.given_frames or 0)
 
@@ -65,10 +65,10 @@ def draw_motion(path: str | os.PathLike[str], motion: Motion) -> None:
 DRAWN_FORMATS: tuple[MotionFormat, ...] = (
     MotionFormat(suffixes=(*_VIDEOS, *_PICTURES), write=draw_motion, batches=True),
 )
-"""Motions as something to look at."""
+"""Formats that show motions."""
 
 
 def save_figure(path: str | os.PathLike[str], figure: Figure) -> None:
-    """Write a matplotlib figure atomically, at its own number of dots."""
+    """Write a matplotlib figure atomically, at its own dots per inch."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=figure.dpi)

@@ -1,4 +1,4 @@
-"""Pictures of motions: rows of poses, and poses along a path."""
+"""Plots of motions: rows of poses, and poses along a path."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def plot_rows(
     given: int = 0,
     settings: StickSettings | None = None,
 ) -> Figure:
-    """A row of poses a clip, evenly spaced in time, each above its own spot of the ground.
+    """Plot a row of poses per clip, evenly spaced in time, each above its own part of the ground.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def plot_rows(
     titles : sequence of str or None
         Text at the left of each row.
     given : int
-        The first frames of each clip, drawn paler: those that an outpainting was given.
+        Number of first frames of each clip that an outpainting was given; they are paler.
     settings : StickSettings or None
 
     Returns
     -------
     matplotlib Figure
-        ``settings.size`` pixels a row.
+        ``settings.size`` pixels per row.
 
     Raises
     ------
@@ -104,21 +104,23 @@ def plot_rows(
 
 
 def _above_origin(clip: Motion, at: IntArray) -> FloatArray:
-    """Joints (P, J, 3) of the frames `at` (P,), meters, moved along the ground so that the root is
-    above the origin."""
+    """Return joints (P, J, 3) of the frames `at` (P,), meters, shifted so that the root is above
+    the origin."""
     return np.asarray(clip.joints[at] - clip.root[at][:, None] * np.array([1.0, 0.0, 1.0]))
 
 
 def _write_time(figure: Figure, x: float, y: float, seconds: float) -> None:
-    """Write a time under a pose, centered at `x`; `x` and `y` are fractions of the figure."""
+    """Write a time under a pose; `x` (its center) and `y` are fractions of the figure."""
     figure.text(x, y, f"{seconds:.1f} s", ha="center", fontsize=7, color="#777777")
 
 
 def _bounds(
     shown: Sequence[FloatArray], spot: FloatArray, settings: StickSettings
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest corner (2,) of a pose's panel, meters, that holds every pose (P, J, 3) and
-    the ground's grid (L, 2, 3) under it."""
+    """Return the least and greatest corners (2,) of a pose's panel, meters.
+
+    The panel contains every pose (P, J, 3) and the ground's grid (L, 2, 3) under it.
+    """
     view = settings.azimuth, settings.elevation
     seen = np.concatenate([project(joints, *view)[..., :2].reshape(-1, 2) for joints in shown])
     tile = project(spot, *view)[..., :2].reshape(-1, 2)
@@ -142,8 +144,9 @@ def plot_path(
     settings: StickSettings | None = None,
     title: str = "",
 ) -> Figure:
-    """Poses of one clip where they are, with the root's path on the ground; earlier poses are
-    paler.
+    """Plot poses of one clip at their positions, with the root's path on the ground.
+
+    Earlier poses are paler.
 
     Parameters
     ----------
@@ -151,7 +154,7 @@ def plot_path(
         One clip.
     poses : int
     given : int
-        The first frames, whose path is drawn black: those that an outpainting was given.
+        Number of first frames that an outpainting was given; their path is black.
     settings : StickSettings or None
     title : str
 

@@ -33,6 +33,6 @@ export class Clip {
 
   show(photo) {
     byId("clip-use-label").hidden = byId("clip-remove").hidden = !photo.clip;
-    byId("clip-name").textContent = `do what is done in ${photo.clip_title}${photo.clip_seconds ? ` (${duration(photo.clip_seconds)})` : ""}`;
+    byId("clip-name").textContent = `use the motion of ${photo.clip_title}${photo.clip_seconds ? ` (${duration(photo.clip_seconds)})` : ""}`;
   }
 }

@@ -53,7 +53,7 @@ export class Corrector {
     this.fitted = false;
     this.said = { units: "fractions" };
     say(byId("fix-problem"), "");
-    byId("fix-told").textContent = "Fitting the body… you can begin already.";
+    byId("fix-told").textContent = "Fitting the body… You can start correcting now.";
     byId("fix-sure").replaceChildren();
     const address = `photos/${photo.id}`;
     byId("fix-photo").src = `${address}/photo.jpg`;
@@ -233,7 +233,7 @@ export class Corrector {
       button.onclick = () => this.change(said => { said.person = index + 1; delete said.landmarks; delete said.limbs; delete said.mask; }, false);
       return button;
     }));
-    if (people.length > 1) row.append(make("p", { className: "hint" }, "Save to look at somebody else."));
+    if (people.length > 1) row.append(make("p", { className: "hint" }, "Save before you choose another person."));
   }
 
   // --- pointer and keys
@@ -296,7 +296,7 @@ export function sureness(camera, errors, side) {
   const angle = camera && camera.field_of_view ? `, its field of view ${Math.round(camera.field_of_view)} degrees` : "";
   if (camera) found.push(camera.distance > 0
     ? `The camera was probably ${camera.distance.toFixed(1)} m away${angle} (${camera.distance_from}).`
-    : `The camera is taken to be far away (${camera.distance_from}).`);
+    : `The camera is assumed to be far away (${camera.distance_from}).`);
   const limbs = Object.entries(errors || {}).filter(([name]) => /arm|leg/.test(name));
   for (const [name, error] of limbs) found.push(`The depth of the ${words(name)} is known to about ${Math.max(1, Math.round(100 * error))} cm${error > 0.15 ? ": unsure" : ""}.`);
   if (side) found.push(`A second photo from ${{ front: "the front", back: "behind" }[side] || `the person's ${side}`} would add the most.`);

@@ -64,7 +64,7 @@ export class Gallery {
       this.watcher.observe(canvas);
       return button;
     }));
-    if (!names.length) this.element.textContent = "No action has these letters.";
+    if (!names.length) this.element.textContent = "No action matches.";
     this.tick();
   }
 

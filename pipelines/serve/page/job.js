@@ -6,7 +6,7 @@ const STATUS = { waiting: "waiting", running: "being made", done: "done", failed
 const ABOUT = {
   "video.mp4": "all views side by side", "photo.mp4": "in the photo's own place", "character.glb": "the character, textured, rigged and animated: for Blender, Unity, Unreal and browsers",
   "motion.bvh": "the motion of its rig, for other characters: Blender, MotionBuilder, Maya", "motion.npz": "the generated joints, for Python",
-  "preview.html": "character and video on one page, to send on; opens with a double click", "report.json": "settings, seeds, times and versions: to make it again",
+  "preview.html": "character and video on one page; opens with a double click", "report.json": "settings, seeds, times and versions, to make the video again",
 };
 const TABS = ["Video", "Character", "Files"], COMPARE = "Compare";
 const WITH = { ".glb": "Blender, Unity, Godot, browsers", ".fbx": "Unreal, Maya", ".usdz": "Apple's tools", ".vrm": "VRM avatars", ".html": "a page to send on" };
@@ -59,7 +59,7 @@ export class JobCard {
     const { nodes } = await ask(this.address("report.json")).catch(() => ({ nodes: {} }));
     const found = Object.assign({}, ...["photo_body", "joint_fit"].map(name => nodes[name] && nodes[name].measures));
     list.replaceChildren(...sureness(found.camera, found.limb_errors, found.second_photo));
-    if (!list.childElementCount) list.append(make("li", {}, "The report of this video does not say."));
+    if (!list.childElementCount) list.append(make("li", {}, "The report of this video has no estimates."));
   }
 
   showProgress(progress) {
@@ -90,7 +90,7 @@ export class JobCard {
       const photo = `photos/${this.job.photo}`, layers = make("div", { className: "layers" });
       layers.append(make("img", { src: `${photo}/photo.jpg`, alt: "the outline that was found" }), make("img", { src: `${photo}/mask.png`, alt: "" }));
       this.find(".now").replaceChildren(layers);
-    } else this.find(".now").replaceChildren(make("img", { src: this.address(`stage_${name}.jpg`), alt: `the ${name}, as far as it is made` }));
+    } else this.find(".now").replaceChildren(make("img", { src: this.address(`stage_${name}.jpg`), alt: `the ${name}, as far as it is finished` }));
   }
 
   clearStages() {
@@ -234,7 +234,7 @@ export class JobCard {
     };
     problem.setAttribute("role", "alert");
     row.append(named("Rig", rig), named("Format", format), go);
-    box.append(make("summary", {}, "For another tool: other bones, other files"), row, problem);
+    box.append(make("summary", {}, "For another tool: other bones and file formats"), row, problem);
     return box;
   }
 
@@ -245,7 +245,7 @@ export class JobCard {
     for (const name of names.filter(one => !one.startsWith("frame/"))) {
       const row = make("tr"), where = make("td");
       where.append(make("a", { href: `${this.address(name)}?download`, download: name }, name));
-      row.append(where, make("td", {}, ABOUT[name] || (name.startsWith("exports/") ? "the character for another tool, with this motion" : "one view alone")), make("td", {}, size(this.job.files[name])));
+      row.append(where, make("td", {}, ABOUT[name] || (name.startsWith("exports/") ? "the character for another tool, with this motion" : "a single view")), make("td", {}, size(this.job.files[name])));
       body.append(row);
     }
     const all = make("a", { className: "button", href: this.address("all.zip"), download: "a2v.zip" }, "Download all as a zip");

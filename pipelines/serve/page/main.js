@@ -87,7 +87,7 @@ function showPhoto(photo) {
   const sure = photo.landmarks.filter(point => point[2] > 0.5).length;
   byId("seen-text").textContent =
     photo.status === "looking" ? "Looking for the person…" :
-    seen ? `Found the person: ${sure} of ${photo.landmarks.length} landmarks are clear.${photo.corrected ? " Corrected by you." : ""}${photo.known ? " This character is remembered." : ""}` : "";
+    seen ? `Found the person: ${sure} of ${photo.landmarks.length} landmarks are clear.${photo.corrected ? " Corrected by you." : ""}${photo.known ? " This character is kept from an earlier video." : ""}` : "";
   byId("warnings").replaceChildren(...photo.warnings.map(text => make("li", {}, text)));
   say(byId("photo-problem"), photo.status === "unusable" ? photo.problem : "");
 }
@@ -129,12 +129,12 @@ byId("show-mask").onchange = byId("show-bones").onchange = () => { const photo =
 byId("forget").onclick = async () => {
   const videos = state.jobs.filter(job => job.photo === chosen).length;
   const what = videos ? `this photo, its ${videos} video${videos > 1 ? "s" : ""}` : "this photo";
-  if (!confirm(`Delete ${what} and everything that is remembered of this person? Files that were downloaded stay where they are.`)) return;
+  if (!confirm(`Delete ${what} and all kept results of this person? Downloaded files are not deleted.`)) return;
   byId("forget").disabled = true;
   try {
     const gone = await ask(`api/photos/${chosen}`, { method: "DELETE" });
-    const results = gone.calls ? `, ${gone.calls} remembered results (${size(gone.bytes)})` : "";
-    say(byId("forgotten"), `Deleted: the photo${videos ? `, ${videos} video${videos > 1 ? "s" : ""}` : ""}${results}. Files that were downloaded are where you put them.`);
+    const results = gone.calls ? `, ${gone.calls} kept results (${size(gone.bytes)})` : "";
+    say(byId("forgotten"), `Deleted: the photo${videos ? `, ${videos} video${videos > 1 ? "s" : ""}` : ""}${results}. Downloaded files are not deleted.`);
     choose(null);
   } catch (error) { say(byId("photo-problem"), error.message); }
   byId("forget").disabled = false;
@@ -233,7 +233,7 @@ byId("maker").onsubmit = async event => {
   const problem = byId("make-problem"), photo = photoOf(chosen), number = name => Number(byId(name).value);
   say(problem, "");
   if (!photo) { say(problem, "Choose a photo first."); file.focus(); return; }
-  if (!action.value.trim() && !clip.used) { say(problem, "Say what to do first."); action.focus(); return; }
+  if (!action.value.trim() && !clip.used) { say(problem, "Choose an action or describe one first."); action.focus(); return; }
   const views = [...document.querySelectorAll("#views input:checked")].map(box => box.value);
   const background = byId("background").value;
   const wish = {
@@ -280,7 +280,7 @@ async function poll() {
     showJobs();
     say(byId("full"), state.problem);
     byId("damaged").hidden = !state.damaged;
-    byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or videos" : " or video"} of an earlier time cannot be read.`;
+    byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or videos" : " or video"} cannot be read.`;
   } catch (error) {
     byId("lost").hidden = false;
   }

@@ -30,8 +30,10 @@ def picture() -> torch.Tensor:
 def test_the_layers_are_what_opencv_makes_of_the_same_file(
     picture: torch.Tensor, output: int
 ) -> None:
-    """OpenCV reads TensorFlow Lite's files as well: landmarks, and the head of the heat maps, which
-    asks for the decoder's end."""
+    """OpenCV's reader of TensorFlow Lite gives the same landmarks and heat maps.
+
+    The heat maps need the end of the decoder.
+    """
     package = Path(str(importlib.util.find_spec("mediapipe").origin)).parent  # type: ignore[union-attr]
     reference = cv2.dnn.readNetFromTFLite(str(package / FILE))
     reference.setInput(picture.numpy())

@@ -1,4 +1,4 @@
-"""Examples, losses and the training of the body map, on invented views."""
+"""Examples, losses and training of the body map, on synthetic views."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def views(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def truth(true: dict[str, torch.Tensor], shift: float = 0.0) -> BodyMaps:
-    """The answer that makes no error, or one of `shift` in u of all landmarks."""
+    """Return the answer without errors, or with an error of `shift` in u of all landmarks."""
     log = torch.full_like(true["depths"][:, :1], -4.0)
     maps = torch.cat(
         [true["places"], true["depths"], log, log, log, 20 * true["seen"][:, :1].float() - 10],
@@ -77,7 +77,7 @@ def test_examples_repeat_with_their_seed_and_keep_the_truth() -> None:
         upright = first if np.allclose(first.points, plain.points) else mirrored(first)
         np.testing.assert_allclose(upright.points, plain.points, atol=1e-6)
         np.testing.assert_allclose(upright.depths, plain.depths, atol=1e-6)
-    assert {bool(one.picture[3].any()) for one in made[0]} == {True, False}  # some see no mask
+    assert {bool(one.picture[3].any()) for one in made[0]} == {True, False}  # some have no mask
     assert abs(plain.points[[23, 24], 2].mean()) < 1e-6
     assert plain.depths[0][plain.seen[0]].min() > 0  # the front is before the hips
 
@@ -96,12 +96,11 @@ def test_what_a_thing_hides_is_not_seen_and_its_errors_do_not_count() -> None:
     told = truth(true)
     told.maps[:, :, 31:] += torch.tensor([1.0, 1, 1, 1, 1, 0, 0, 0, 0])[
         None, :, None, None
-    ]  # anything where nothing is seen
+    ]  # any value in unseen pixels
     wrong = losses(told, true)
     for name in ("place", "front", "back"):
         assert float(wrong[name]) < 1e-5
-    # segmentations take things for the person, sometimes: then the mask says more than there is to
-    # see
+    # Sometimes segmentations include things: then the mask covers more than the visible person.
     made = [make_example(view, np.random.default_rng(seed)) for seed in range(40)]
     taken = [one.picture[3, 124:].sum() > 0.1 * things.sum() for one in made]
     assert 0.05 < np.mean(taken) < 0.7

@@ -1,4 +1,4 @@
-"""Folders of BVH: real recordings, and the ways in which such folders are wrong."""
+"""Folders of BVH files: real recordings, and folders with mistakes."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def test_folders_without_actions_are_explained(copied, tmp_path):
 
 
 def test_every_clip_can_be_animated(recorded):
-    """What the loader gives is what retargeting and the writers take."""
+    """The loader's result is accepted by retargeting and the writers."""
     motion = load_dataset("bvh", recorded).motion(0)
     target = recorded.parent / "again.bvh"
     write_bvh(target, motion)

@@ -1,4 +1,4 @@
-"""The fine actions of CMU: the committed table, and the data under it."""
+"""The fine actions of CMU: the committed table and its data."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_the_data_under_the_table(data_dir: Path, fine: ActionDataset) -> None:
     )
     assert "direction:backward" in fine.traits[fine.actions.index("Walk backwards")]
     assert all(any(trait.startswith("coarse:") for trait in own) for own in fine.traits)
-    # what the index calls "clean" was cleaned up, and is a copy of clips that it describes
+    # Clips that the index calls "clean" were cleaned up and copy other described clips.
     assert "Clean" not in fine.actions
     at = {name: index for index, name in enumerate(fine.clip_names)}
     assert fine.labels[at["122_47"]] == fine.labels[at["83_47"]]
@@ -47,8 +47,7 @@ def test_the_data_under_the_table(data_dir: Path, fine: ActionDataset) -> None:
 
 
 def test_people_fall_as_fast_as_they_do(fine: ActionDataset) -> None:
-    """Clips that were recorded at 60 frames a second have their true speed: whoever is in the air
-    falls with 9.8 m/s^2."""
+    """Clips recorded at 60 frames per second have their true speed: falls have 9.8 m/s^2."""
     unit = fine.frame.meters_per_unit
     for name in ("75_07", "75_10", "75_12", "75_13", "75_15", "13_40", "118_30"):
         height = fine.joints[fine.clip_names.index(name)][:, 0, 1].astype(np.float64) * unit

@@ -1,4 +1,4 @@
-"""CMU's whole data base: the curated rules, and its files' layout."""
+"""CMU's whole data base: the curated rules and the layout of its files."""
 
 from __future__ import annotations
 

@@ -138,10 +138,10 @@ def test_chosen_subjects_leave_every_action_and_depend_on_the_seed_alone(humanac
             r"A0101\.npy.*no frames",
         ),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=1))}, r"A0101\.npy.*1 frame"),
-        ({"HumanAct12/P01G01R01F0001T0064A0101.npy": b"not numpy"}, r"A0101\.npy.*no readable"),
+        ({"HumanAct12/P01G01R01F0001T0064A0101.npy": b"not numpy"}, r"A0101\.npy.*not a readable"),
         (
             {"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())[:-100]},
-            r"A0101\.npy.*no readable",
+            r"A0101\.npy.*not a readable",
         ),
         ({"HumanAct12/walk.npy": npy(clip())}, r"walk\.npy.*action code"),
         ({"HumanAct12/P01G01R01F0001T0064A9901.npy": npy(clip())}, r"A9901\.npy.*action code"),
@@ -156,7 +156,7 @@ def test_broken_humanact12_files_are_named(tmp_path, files, message):
 def test_pickled_arrays_are_refused(tmp_path):
     stream = io.BytesIO()
     np.save(stream, np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    with pytest.raises(InputError, match="no readable"):
+    with pytest.raises(InputError, match="not a readable"):
         load_humanact12(
             write_zip(tmp_path / "h.zip", {"P01G01R01F0001T0064A0101.npy": stream.getvalue()})
         )

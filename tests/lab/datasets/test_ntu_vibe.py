@@ -162,9 +162,9 @@ def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
         (lambda poses: {1: track(poses * np.nan)}, r"A006\.pkl: .*finite"),
         (lambda poses: {1: track(poses[:0])}, r"A006\.pkl: .*no frames"),
         (lambda poses: {1: track(poses[:1])}, r"A006\.pkl: .*1 frame"),
-        (lambda poses: {1: track(poses.tolist())}, r"A006\.pkl: .*no array"),
+        (lambda poses: {1: track(poses.tolist())}, r"A006\.pkl: .*not an array"),
         (lambda poses: [poses], r"A006\.pkl holds a list"),
-        (lambda poses: b"", r"A006\.pkl is no pickle"),
+        (lambda poses: b"", r"A006\.pkl is compressed, or not a pickle"),
         (lambda poses: {2: track(poses)}, r"names no clip with a track 1"),
     ],
     ids=["joints", "nan", "empty", "one frame", "list", "no dict", "no pickle", "no track"],
@@ -178,8 +178,8 @@ def test_a_broken_file_is_named_with_the_reason(tmp_path, real, change, message)
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("../secret_A006.pkl\n", "line 1.*out of the folder"),
-        ("/etc/x_A006.pkl\n", "line 1.*out of the folder"),
+        ("../secret_A006.pkl\n", "line 1.*outside of the folder"),
+        ("/etc/x_A006.pkl\n", "line 1.*outside of the folder"),
         ("vibe/S001A006.pkl\nvibe/S001A005.pkl\n", "line 2.*no known action"),
         ("vibe/S001P001A007.pkl\n", "A007.pkl does not exist"),
         ("", "names no clip"),
@@ -254,7 +254,7 @@ class Evil:
 def test_strangers_pickles_run_nothing(tmp_path, monkeypatch, value, asked):
     monkeypatch.chdir(tmp_path)
     for data in (pickle.dumps(value), joblib_bytes(value)):
-        with pytest.raises(InputError, match=f"clip.pkl was not opened: it asks for .*{asked}"):
+        with pytest.raises(InputError, match=f"clip.pkl was not opened: it refers to .*{asked}"):
             read_arrays_pickle(data, "clip.pkl")
     assert not list(tmp_path.iterdir())
 

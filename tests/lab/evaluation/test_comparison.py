@@ -24,7 +24,7 @@ def scene():
 
 
 def view(body, side=1.0, shift=0.0):
-    """A camera so far away that it is nearly parallel, before the body or behind it."""
+    """Return a nearly parallel camera, far in front of the body or behind it."""
     middle = (body.vertices.min(axis=0) + body.vertices.max(axis=0)) / 2 + np.float32([shift, 0, 0])
     height = float(np.ptp(body.vertices[:, 1]))
     away = 200.0

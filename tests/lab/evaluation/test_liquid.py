@@ -1,4 +1,4 @@
-"""Liquid Warping GAN: the published layout key by key, and where its pixels come from."""
+"""Liquid Warping GAN: the published layout key by key, and the sources of its pixels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def obj(scene, tmp_path_factory):
-    """Texture coordinates of the body's mesh: those of a vertex are its place."""
+    """Texture coordinates of the body's mesh: each vertex has its own position."""
     _, body, _ = scene
     path = tmp_path_factory.mktemp("uv") / "mapper.txt"
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
@@ -49,7 +49,7 @@ def network(tmp_path_factory):
 
 
 def front(body):
-    """A camera so far before the body that it sees what the photo's does."""
+    """Return a distant camera in front of the body that sees what the photo's camera does."""
     middle = (body.vertices.min(axis=0) + body.vertices.max(axis=0)) / 2
     height, away = float(np.ptp(body.vertices[:, 1])), 200.0
     origin = middle + np.float32([0, 0, away])
@@ -176,7 +176,7 @@ def test_what_is_another_file_is_refused(scene, obj, tmp_path):
     (tmp_path / "none").write_bytes(b"\xff\x00")
     with pytest.raises(InputError, match="lacks faces"):
         read_face_texture(tmp_path / "short", body.faces)
-    with pytest.raises(InputError, match="no OBJ"):
+    with pytest.raises(InputError, match="not an OBJ"):
         read_face_texture(tmp_path / "none", body.faces)
     with pytest.raises(InputError, match="lacks faces"):
         read_face_texture(obj[0], dataclasses.replace(body, faces=body.faces[:, [0, 1, 1]]).faces)

@@ -1,4 +1,4 @@
-"""The benchmark of moved people: who, how poses are carried over, and what is measured."""
+"""The benchmark of moved people: the people, the transfer of poses, and the measures."""
 
 from __future__ import annotations
 
@@ -76,8 +76,7 @@ def rest_body() -> Body:
 
 
 def test_carried_joints_are_the_truths_where_the_body_is_the_truth(rest_body: Body) -> None:
-    """A body whose own skeleton is the truth's comes to stand exactly in every pose of the
-    truth."""
+    """A body with the true skeleton takes exactly every pose of the ground truth."""
     shaped, generator = shape_body({}), np.random.default_rng(0)
     rest = rig_transforms(shaped.heads).astype(np.float64)
     turns = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
@@ -118,7 +117,7 @@ def test_torn_area_is_of_long_stretched_triangles() -> None:
 
 
 def test_colors_of_other_parts_are_those_that_the_truth_has_elsewhere() -> None:
-    """A hand's color on the belly counts; the belly's own, and a shade that nothing has, do
+    """A hand's color on the belly counts; the belly's own, or a shade that occurs nowhere, does
     not."""
     generator = np.random.default_rng(0)
     belly, hand = (
@@ -197,8 +196,7 @@ def test_the_truth_stands_on_the_ground_in_every_pose(case: MovedCase) -> None:
 
 
 def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> None:
-    """The bare body of another person is within centimeters of the truth, and nothing of it is
-    torn."""
+    """The bare body of another person is within centimeters of the truth and not torn."""
     first = dataclasses.replace(case, vertices=case.vertices[:2], turns=case.turns[:2])
     character = skin_of(rest_body)
     subject, camera = subject_of(rest_body)  # its crop is its whole photo
@@ -222,7 +220,7 @@ def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> 
 
 
 def test_the_size_is_measured_at_the_depth_of_the_hips(rest_body: Body) -> None:
-    """A body that stands behind the point where the camera's scale holds appears smaller."""
+    """A body behind the point that defines the camera's scale appears smaller."""
     flat = OrthographicCamera(scale=500.0, center_u=0.0, center_v=0.0)
     joints = [rest_body.bone_names.index(name) for name in HIP_JOINTS]
     hips = rest_body.bone_transforms[joints, :3, 3].mean(axis=0)

@@ -1,4 +1,4 @@
-"""The protocol on generators whose quality is known."""
+"""The protocol on generators of known quality."""
 
 from __future__ import annotations
 
@@ -206,10 +206,10 @@ def test_physics_are_in_meters_and_beside_real_data(setting):
 
 def test_a_classifier_of_other_actions_is_refused(setting):
     dataset, _ = setting
-    with pytest.raises(InputError, match="knows 3 actions"):
+    with pytest.raises(InputError, match="was trained for 3 actions"):
         evaluate({}, dataset, Evaluator(ActionClassifier(60, 3), "other", "0"), SETTINGS)
     other = Evaluator(ActionClassifier(60, 2), "other", "0", {"actions": ["slow", "faster"]})
-    with pytest.raises(InputError, match="knows other actions"):
+    with pytest.raises(InputError, match="was trained for other actions"):
         evaluate({}, dataset, other, SETTINGS)
     with pytest.raises(InputError, match="clips=5"):
         EvaluationSettings(clips=5)

@@ -1,5 +1,4 @@
-"""The reconstruction benchmark: metrics of copies whose error is known, the frame, and one photo
-through the real path."""
+"""The reconstruction benchmark: metrics of copies with known errors, the frame, and one photo."""
 
 from __future__ import annotations
 
@@ -38,6 +37,7 @@ from a2v.lab.evaluation.reconstruction import (
     surface_maps,
     to_true_frame,
 )
+from a2v.lab.evaluation.reconstruction.alignment import Scan, aligned_distances
 from a2v.lab.evaluation.reconstruction.measures import detail_share
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.avatars import a_pose
@@ -57,7 +57,7 @@ CAMERA = OrthographicCamera(scale=200.0, center_u=SIZE / 2, center_v=SIZE / 2)
 def make_case(
     mesh: trimesh.Trimesh, colors: np.ndarray | None = None, name: str = "Test_F_1_Casual"
 ) -> Case:
-    """A mesh before nothing, in the frame of CAMERA."""
+    """A mesh without a background, in the frame of CAMERA."""
     vertices = np.asarray(mesh.vertices, np.float32)
     points, face = trimesh.sample.sample_surface(mesh, 8192, seed=1)
     return Case(
@@ -200,8 +200,7 @@ def test_depth_does_not_count_and_flips_do(wide: trimesh.Trimesh) -> None:
 
 @pytest.mark.parametrize("size", [1.0, 1.7])
 def test_size_and_place_are_the_photos(wide: trimesh.Trimesh, size: float) -> None:
-    """A prediction in another camera's meters, seen in a crop of another resolution, lands on the
-    truth."""
+    """A prediction in another camera's meters and another crop's resolution matches the truth."""
     case = make_case(wide)
     crop, zoom = (50, 20, 350, 390), 1.5
     own = OrthographicCamera(
@@ -599,5 +598,22 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     assert "no person" in evaluate_case(nobody, methods, BenchmarkSettings()).outcome.failure
     elsewhere = dataclasses.replace(case, mask=np.roll(case.mask, size // 3, axis=1))
     assert (
-        "something else" in evaluate_case(elsewhere, methods, BenchmarkSettings()).outcome.failure
+        "did not find the person"
+        in evaluate_case(elsewhere, methods, BenchmarkSettings()).outcome.failure
     )
+
+
+def test_alignment_with_size_reaches_a_truth_of_another_size() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
+    true = mesh.vertices * [0.25, 0.9, 0.15]
+    true[:, 0] *= 1 + 0.4 * true[:, 1]  # shoulders are wider than feet
+    faces = np.asarray(mesh.faces, np.int32)
+    turn = trimesh.transformations.rotation_matrix(np.radians(6), [1, 0, 0])[:3, :3]
+    own = true @ turn.T / 1.12 + [0.1, 0.9, -0.2]
+    scans = [
+        Scan.of(vertices.astype(np.float32), faces, vertices.astype(np.float32))
+        for vertices in (own, true)
+    ]
+    chamfer, p2s = aligned_distances(*scans, sized=True)
+    assert max(chamfer, p2s) < 0.002
+    assert aligned_distances(*scans)[0] > 0.01  # a rigid motion does not change the size

@@ -1,5 +1,4 @@
-"""User studies: what the page tells and hides, the answers of a real browser, and percentages
-counted by hand."""
+"""User studies: what the page shows and hides, answers of a real browser, and counted results."""
 
 from __future__ import annotations
 
@@ -50,7 +49,7 @@ def study(tmp_path_factory):
 
 
 class Page(HTMLParser):
-    """What is in the page: its data, and every address it names."""
+    """Return what is in the page: its data, and every address it names."""
 
     def __init__(self, text):
         super().__init__()

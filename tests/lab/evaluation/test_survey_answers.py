@@ -84,7 +84,7 @@ def test_wilson_intervals_cover():
             for low, high in (wilson_interval(int(k), 40) for k in rng.binomial(40, share, 2000))
         ]
         assert 0.93 < np.mean(hits) < 0.98
-    with pytest.raises(InputError, match="no share"):
+    with pytest.raises(InputError, match="not a share"):
         wilson_interval(3, 2)
 
 
@@ -130,8 +130,8 @@ def test_percentages_counted_by_hand():
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("no json", "is no JSON"),
-        ("[" * 100_000, "is no JSON"),
+        ("no json", "is not JSON"),
+        ("[" * 100_000, "cannot be read as JSON"),
         ("[1]", "no JSON object"),
         ({"format": "other"}, "holds no answers"),
         (answers() | {"survey": "else"}, "answers the survey else"),
@@ -163,11 +163,11 @@ def test_bad_keys_and_doubles_are_named(tmp_path):
         {"format": "a2v-survey-key/1", "survey": "s", "clips": {"a": {}}, "questions": []},
         HAND_KEY | {"clips": {}},
     ):
-        with pytest.raises(InputError, match="no key of a survey"):
+        with pytest.raises(InputError, match="not a key of a survey"):
             read_key(write(tmp_path / "key.json", content))
     with pytest.raises(InputError, match="does not exist"):
         read_key(tmp_path / "none.json")
-    with pytest.raises(InputError, match="p1 is there twice"):
+    with pytest.raises(InputError, match="p1 has two files"):
         analyze(HAND_KEY, [answers(), answers()])
     with pytest.raises(InputError, match="no answers"):
         analyze(HAND_KEY, [])

@@ -122,12 +122,15 @@ def test_runs_of_other_settings_data_or_programs_are_refused(parts, tmp_path):
     with pytest.raises(InputError, match="cannot be read as a checkpoint"):
         train_classifier(parts[0], tmp_path, settings=short)
     torch.save({"model": {}}, tmp_path / "classifier.pt")
-    with pytest.raises(InputError, match="no checkpoint of this training"):
+    with pytest.raises(InputError, match="not a checkpoint of this training"):
         train_classifier(parts[0], tmp_path, settings=short)
 
 
 def test_it_sees_the_native_frame(parts, tmp_path):
-    """What it learns from is what the protocol shows it: HumanAct12's y points down."""
+    """A classifier learns from the same clips that the protocol shows:
+
+    HumanAct12's y points down.
+    """
     signs = np.float32([1, -1, -1])
     world = dataclasses.replace(parts[0], frame=NativeFrame(signs=(1.0, -1.0, -1.0)))
     native = dataclasses.replace(

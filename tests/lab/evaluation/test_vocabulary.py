@@ -1,4 +1,4 @@
-"""How each action of a vocabulary is recognized, and how much a model repeats its clips."""
+"""How each action of a vocabulary is recognized, and how closely a model repeats its clips."""
 
 from __future__ import annotations
 

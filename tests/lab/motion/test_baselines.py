@@ -1,5 +1,4 @@
-"""The papers' baselines: they learn, resume exactly, sample by seed, and files of anything else are
-refused."""
+"""The papers' baselines learn, resume exactly and sample by seed; other files are refused."""
 
 from __future__ import annotations
 
@@ -98,8 +97,10 @@ def test_the_snippets_error_falls(tmp_path):
 
 
 def test_a_critic_and_its_generator():
-    """One dimension: the critic tells real from made, samples move to the real ones, and each step
-    leaves the other network alone."""
+    """In one dimension the critic separates real from generated samples.
+
+    Samples move to the real ones, and each step changes only its own network.
+    """
     torch.manual_seed(0)
     draws = torch.Generator().manual_seed(0)
     generator, critic = layers(1, 16, 1), layers(1, 16, 1)
@@ -150,8 +151,8 @@ def test_the_published_sizes():
 
 
 def test_act_mocogan_shares_one_noise_vector_over_time():
-    """Without the noise of single frames and with states that forget nothing else, all frames see
-    the same shared vector: other draws of it alone give other motions."""
+    """Without noise per frame, and with states that keep nothing else, all frames depend on the
+    same shared vector: other draws of it give other motions."""
     torch.manual_seed(0)
     model = KINDS["act-mocogan"](Sizes(6, 2, 40)).eval()
     with torch.no_grad():  # codes that are always zero

@@ -76,8 +76,10 @@ def test_the_code_is_a_whitened_projection():
 
 
 def test_the_foot_metric_is_the_sum_of_squares_it_states():
-    """Beside the features', the squares of the feet's places and steps, found joint by joint along
-    the path to the root."""
+    """Besides the features, the code has the squares of the feet's places and steps.
+
+    They are found joint by joint along the path to the root.
+    """
     rng = np.random.default_rng(0)
     skeleton, frames = CMU, 4
     lengths = rng.uniform(0.1, 0.5, skeleton.n_joints)
@@ -183,7 +185,7 @@ def test_guidance_extrapolates_from_no_action():
 
 
 def test_the_integration_is_of_second_order():
-    """Four times the error for half the steps, on a velocity whose path is known."""
+    """Half the steps give four times the error, on a velocity with a known path."""
     network = FlowNetwork(1, SMALL)
     network.modulations = lambda time, condition: [Modulation(time[:, None], condition, condition)]  # type: ignore[method-assign]
     calls = []
@@ -226,8 +228,7 @@ class Killed(Exception):
 
 
 def test_half_precision_learns_like_full(data, tmp_path):
-    """The same draws, matrix products in bfloat16: the losses stay together, the weights stay
-    float32."""
+    """With bfloat16 products and the same draws the losses stay close, and weights stay float32."""
     final = {}
     for half in (False, True):
         rows = []
@@ -260,8 +261,7 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
 
 
 def test_a_run_goes_on_under_another_code(data, tmp_path):
-    """Turned to a code that keeps feet better, the weights move the same noise to nearly the same
-    windows."""
+    """After a change to a code with better feet, the weights map the same noise to similar windows."""
     settings = dataclasses.replace(SMALL, iterations=200, foot_place=0.0, foot_step=0.0)
     first = train_flow(data, tmp_path / "first", settings=settings)
     assert np.array_equal(first.codec.window.basis, first.codec.window.encoder)
@@ -411,8 +411,7 @@ def test_traits_let_actions_share_what_they_learn(data):
 
 
 def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
-    """A wide network: a third of the float32 size, and still what PyTorch computes with the rounded
-    weights."""
+    """A wide network takes a third of the float32 size and equals PyTorch with rounded weights."""
     torch.manual_seed(0)
     network = FlowNetwork(2, dataclasses.replace(SMALL, width=192))
     with torch.no_grad():

@@ -1,5 +1,4 @@
-"""The VAE: the paper's sizes, the parallel pass against the step loop, losses against closed
-forms."""
+"""The VAE: the paper's sizes, parallel pass against step loop, losses against closed forms."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ VARIANTS += [
     VAESettings(decoder="lie", root_rotation=True),
     VAESettings(decoder="lie", prior="fixed"),
 ]
-"""The four decoders, with and without what the journal adds."""
+"""The four decoders, with and without the journal's additions."""
 
 
 def variant_name(settings):
@@ -112,8 +111,7 @@ def test_the_parallel_pass_equals_a_loop_over_frames(settings, name):
 
 @every_variant
 def test_the_loop_is_a_fixed_point_of_the_parallel_pass(settings):
-    """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these
-    poses again."""
+    """Given the poses that the loop fed back, the parallel pass gives exactly these poses."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs())
@@ -147,7 +145,7 @@ def test_teacher_forcing_is_per_sequence(decoder):
 
 
 def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
-    """What `reconstruct` computes, written as one loop and left to autograd."""
+    """Compute `reconstruct` as one loop with autograd."""
     condition = model.condition(actions, joints.shape[1])
     mean, logvar, _ = model.posterior(torch.cat([seen_by_posterior(joints, model), condition], -1))
     latent = mean + torch.exp(0.5 * logvar) * noise
@@ -181,8 +179,10 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
 @every_variant
 def test_gradients_flow_through_the_feedback(settings, name):
-    """All gradients of Eq. 12, some sequences fed their own poses, as autograd has them through a
-    loop over frames."""
+    """All gradients of Eq. 12 equal those of autograd through a loop over frames.
+
+    Some sequences are fed their own poses.
+    """
     torch.manual_seed(0)
     skeleton = SKELETONS[name]
     model = MotionVAE(skeleton, 12, settings).double()
@@ -208,8 +208,7 @@ def test_gradients_flow_through_the_feedback(settings, name):
 
 
 def test_the_feedbacks_gradient_is_a_difference_quotient():
-    """The derivative of the loss by a weight, through all 20 fed back poses, without any autograd
-    beside it."""
+    """The derivative of the loss by a weight is exact through all 20 poses that are fed back."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings()).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(frames=20))
@@ -239,7 +238,7 @@ def test_the_feedbacks_gradient_is_a_difference_quotient():
 
 
 def test_without_feedback_the_gradient_is_another_one():
-    """The same poses as given ones: the test above can tell them apart."""
+    """With given poses the derivative differs, so the test above can tell them apart."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings()).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(frames=20))
@@ -268,8 +267,7 @@ def test_generated_bones_keep_their_lengths(decoder):
 
 @pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
 def test_the_body_turns_as_one_with_w0(decoder):
-    """Eq. 6 with j from 0: what W_0 turns keeps its shape, and nothing else of the pose depends on
-    it."""
+    """Eq. 6 with j from 0: W_0 rotates a pose without changing its shape or anything else."""
     torch.manual_seed(0)
     decode = (
         MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, root_rotation=True))
@@ -297,8 +295,7 @@ def test_the_body_turns_as_one_with_w0(decoder):
 
 @pytest.mark.parametrize("decoder", DECODERS)
 def test_relative_roots_do_not_know_where_the_body_is(decoder):
-    """Moved to another place, poses before are followed by the same ones there (absolute roots: by
-    others)."""
+    """A sequence that is moved continues with the same poses there (absolute roots: with others)."""
     joints, actions, lengths, noise = (x.double() for x in inputs())
     away = torch.tensor([3.0, 0.5, -2.0], dtype=torch.float64)
     differences = []
@@ -352,12 +349,14 @@ def test_losses_against_closed_forms():
     norm, mse = (vae_losses(moved, joints, reconstruction=kind) for kind in ("norm", "mse"))
     assert norm.reconstruction.item() == pytest.approx(24 * 0.05, rel=1e-4)
     assert mse.reconstruction.item() == pytest.approx(0.05**2 / 3, rel=1e-4)
-    # all joints 5 cm off, the one before not: relative to the root nothing is wrong but the root's
-    # own way
+    # All joints are off by 5 cm, those of the frame before are not: relative to the root only the
+    # root's own step is wrong.
     away = vae_losses(moved, joints, roots="relative")
     assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-3)
     steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)
     assert norm.alignment.item() == pytest.approx(steps.mean(), rel=1e-4)
+    squared = vae_losses(moved, joints, alignment="mse").alignment
+    assert squared.item() == pytest.approx((steps**2).mean() / 3, rel=1e-4)
 
 
 @pytest.mark.parametrize("decoder", DECODERS)

@@ -1,5 +1,4 @@
-"""PaMIR: the published layouts key by key, the volume of a posed body, and a checkpoint whose field
-is known."""
+"""PaMIR: the published layouts, the volume of a posed body, and a checkpoint with a known field."""
 
 from __future__ import annotations
 
@@ -10,6 +9,7 @@ import pytest
 import torch
 import trimesh
 
+from a2v.body import load_body_model, make_body
 from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed
 from a2v.lab.papers import PapersSettings, pamir, papers_surface
@@ -24,6 +24,7 @@ from a2v.lab.papers.pamir import (
     in_volume,
 )
 from a2v.lab.papers.pamir_person import FILL, PamirPerson, body_volume
+from a2v.lab.papers.surface import _networks
 from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pamir_geometry, pamir_texture, saved
 from tests.support.smpl import smpl_arrays
@@ -32,8 +33,10 @@ SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
 
 
 def body_alone():
-    """``pamir_net`` whose person is the body itself: its blurred volume passes all layers, and a
-    threshold cuts it."""
+    """Build ``pamir_net`` whose person is the body itself.
+
+    Its blurred volume passes all layers, and a threshold cuts it.
+    """
     state = {
         name: torch.zeros_like(value) if value.ndim > 1 else value
         for name, value in pamir_geometry(1, 1, 1, SMALL["widths"]).items()
@@ -193,6 +196,25 @@ def test_a_known_field_becomes_its_surface_in_the_pictures_colors(person, files)
     )
 
 
+def test_refining_changes_the_body_that_the_networks_see(scene, files):
+    subject, _, camera = scene
+    body = make_body(load_body_model(files["smpl"]), grounded=True)
+    probes = body.vertices[::40]
+    plain, refined = (
+        _networks(
+            subject,
+            body,
+            camera,
+            PapersSettings(pamir_geometry=files["body"], smpl=files["smpl"], pamir_refine=steps),
+        )[1](probes)
+        for steps in (0, 1)
+    )
+    assert np.isfinite(refined).all()
+    assert np.abs(refined - plain).max() > 0
+    with pytest.raises(InputError, match="pamir_refine is -1"):
+        PapersSettings(pamir_refine=-1)
+
+
 def test_what_does_not_fit_is_refused(scene, files):
     subject, body, camera = scene
     for settings, words in [
@@ -200,7 +222,7 @@ def test_what_does_not_fit_is_refused(scene, files):
             PapersSettings(pamir_geometry=files["geometry"], smpl=files["smpl"]),
             "this one is anny's",
         ),
-        (PapersSettings(pamir_geometry=files["geometry"]), "needs SMPL's .npz"),
+        (PapersSettings(pamir_geometry=files["geometry"]), "also needs your SMPL file"),
         (
             PapersSettings(pamir_texture=files["texture"], pifu_geometry=files["texture"]),
             "needs --pamir-geometry",
@@ -209,7 +231,7 @@ def test_what_does_not_fit_is_refused(scene, files):
             PapersSettings(
                 pamir_geometry=files["geometry"], pifu_geometry=files["texture"], smpl=files["smpl"]
             ),
-            "goes without",
+            "excludes --pifuhd",
         ),
     ]:
         with pytest.raises(InputError, match=words):

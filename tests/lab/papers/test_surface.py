@@ -1,4 +1,4 @@
-"""Checkpoints whose field is known give its surface, where the photo and the depth say."""
+"""Checkpoints with a known field give its surface at the place of photo and depth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder of data with two avatars, a quick guide, and the studio of them."""
+"""A data folder with two avatars, a quick guide, and their studio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The guide body: bound to the rig, and wrong as fits are."""
+"""The guide body is bound to the rig and has errors like fits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the faces of an avatar are."""
+"""Labels of the faces of an avatar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solids, rays and the photo's frame, against shapes whose answers are known."""
+"""Solids, rays and the photo's frame, against shapes with known answers."""
 
 from __future__ import annotations
 

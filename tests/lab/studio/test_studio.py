@@ -1,5 +1,4 @@
-"""Views of the fast studio on real avatars: what a view says about its person agrees with
-itself."""
+"""Views of the fast studio on real avatars: the data of a view about its person is consistent."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Large views with things, furniture, borders that cut and photographs: the truth stays the whole
-person's, the mask is what the photo shows."""
+"""Large views with things, furniture, cut borders and photographs.
+
+The ground truth is the whole person's; the mask is what the photo shows.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,7 @@ MAPS = (
     "guide_normals_back",
 )
 NUMBER = 2
-"""Of a view in which furniture hides something, and which is framed as without it."""
+"""Return a view in which furniture occludes something, and that is framed as without it."""
 
 
 @pytest.fixture(scope="module")

@@ -70,8 +70,10 @@ def test_other_clothes_on_the_same_skin(avatar: Avatar) -> None:
 
 
 def test_every_pattern_fits_clothes_without_a_part() -> None:
-    """Barefoot in a shirt: no texel of the legs. Every kind of pattern is drawn there by some seed,
-    and none of them fails."""
+    """Barefoot in a shirt no texel is a leg's.
+
+    Every pattern is drawn by some seed without error.
+    """
     rows, columns = np.divmod(np.arange(400), 20)
     shirt = Wardrobe(
         rows,

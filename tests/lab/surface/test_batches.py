@@ -31,8 +31,7 @@ def test_mirroring_is_a_symmetry_of_the_example(view: View, studio) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_points_follow_the_predicted_depth(studio, seed: int) -> None:
-    """Where the maps have a person 7 cm nearer than it is, its points are asked about 7 cm nearer;
-    mirrored or not."""
+    """If the maps show a person 7 cm nearer, its points are sampled 7 cm nearer; mirrored or not."""
     prepared = ViewReader()(view_path(studio, "training", 0))
     example = make_example(prepared, np.random.default_rng(seed), 256)
     rows, columns = prepared.nearest.astype(int)

@@ -1,4 +1,4 @@
-"""Views with a thing before the person, as the networks are asked about them."""
+"""Views with a thing in front of the person, as the networks are trained on them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from a2v.reconstruction.implicit.inputs import FILL, FRAME, frame_box, place_of
 from tests.support.ellipsoid import CAMERA, ellipsoid
 
 EDGE = 640
-"""Row at which a table begins that hides all below."""
+"""Row from which a table hides everything below."""
 
 
 def surrounded(view: View, rows: int) -> View:
@@ -48,7 +48,7 @@ def test_what_a_table_hides_is_not_asked_for(view: View) -> None:
     u, v, side = frame_box(seen.mask / 255)
     assert (u, v, side) == pytest.approx(
         (FRAME / 2, FRAME / 2, FRAME), abs=4
-    )  # what is seen fills the frame
+    )  # the visible part fills the frame
     low, high = frame_box(hidden.mask / 255, 1)[1:], seen.camera.scale / CAMERA.scale
     assert high == pytest.approx(FILL * FRAME / low[1], rel=0.01)
     table = (

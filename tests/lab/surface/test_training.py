@@ -105,7 +105,7 @@ def test_every_stage_learns(run: tuple[Path, dict[str, list[dict[str, float]]]])
             name,
             [round(row[name], 3) for row in rows],
         )
-    # there is no detail on an ellipsoid: it must not do harm
+    # an ellipsoid has no detail: the stage must not do harm
     assert run[1]["detail"][-1]["distance"] < 1.3 * run[1]["detail"][0]["distance"]
 
 
@@ -201,8 +201,7 @@ def test_a_run_begins_with_the_networks_of_onnx_files(
     studio: Path,
     tmp_path: Path,
 ) -> None:
-    """Batch normalizations are folded into the files; they come back, and what the networks say
-    stays as it was."""
+    """Batch normalizations are folded into the files and restored without changing predictions."""
     settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(exported))
     photo, guide, place = (
         torch.rand(1, 4, 512, 512) - 0.5,

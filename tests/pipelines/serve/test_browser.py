@@ -1,5 +1,4 @@
-"""The page in a real browser: from a photo to files, two people at once, and a restart in the
-middle."""
+"""The page in a real browser: from a photo to files, two users at once, and a restart."""
 
 from __future__ import annotations
 
@@ -22,11 +21,11 @@ from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 300_000.0
-"""Milliseconds for what may have to compute a person first, on a busy machine."""
+"""Milliseconds for steps that may compute a person first, on a busy machine."""
 
 expect.set_options(
     timeout=60_000
-)  # five seconds by default, which a busy machine may need for a poll
+)  # The default is five seconds, which a busy machine may need for one poll.
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +44,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
-    """Opens the page in a browser of its own; in the end nothing has failed, and nothing but the
-    server was asked."""
+    """Open the page in a separate browser; only the server is requested, and nothing fails."""
     contexts: list[BrowserContext] = []
     asked: list[Request] = []
     errors: list[str] = []
@@ -83,7 +81,7 @@ def upload_sample(page: Page) -> None:
 
 
 def order(page: Page, words: str, seconds: str = "1") -> str:
-    """Ask for a video of twelve frames a second; the job's identity."""
+    """Request a video of twelve frames per second; return the job's id."""
     page.locator("#model").select_option("cmu")
     page.locator("#action").fill(words)
     page.locator("#seconds").fill(seconds)
@@ -184,7 +182,7 @@ def test_a_sample_person_in_one_click(visit: Callable[..., Page]) -> None:
     expect(page.locator("#action")).to_have_value("Walk")
     page.once("dialog", lambda dialog: dialog.accept())
     page.get_by_role("button", name=re.compile("Delete me")).click()
-    expect(page.locator("#forgotten")).to_contain_text("remembered results")
+    expect(page.locator("#forgotten")).to_contain_text("kept results")
 
 
 @pytest.mark.slow
@@ -264,10 +262,10 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
     for child in psutil.Process(
         server.process.pid
-    ).children():  # as the system does where the memory is used up
+    ).children():  # as the system does if memory runs out
         child.kill()
     expect(one.locator(f"#job-{third} .problem")).to_contain_text(
-        "has ended, most likely because the memory was used up"
+        "has ended, most likely because it ran out of memory"
     )
     one.locator(f"#job-{third}").get_by_role("button", name="Try again").click()
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")

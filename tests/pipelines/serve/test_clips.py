@@ -1,4 +1,4 @@
-"""A video whose motion a person takes over, on the page."""
+"""A video on the page whose motion the person copies."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def send(server: Server, name: str, data: bytes) -> tuple[int, bytes]:
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     [
-        ("me.exe", b"MZ", "no video by its name"),
+        ("me.exe", b"MZ", "not named like a video"),
         ("me.mp4", b"", "is empty"),
-        ("me.mp4", b"#EXTM3U\nfile:///etc/passwd\n", "no video that can be read"),
-        ("me.webm", bytes(5000), "no video that can be read"),
-        ("..%2F..%2Fme.mov", b"GIF89a", "no video that can be read"),
+        ("me.mp4", b"#EXTM3U\nfile:///etc/passwd\n", "not a video that can be read"),
+        ("me.webm", bytes(5000), "not a video that can be read"),
+        ("..%2F..%2Fme.mov", b"GIF89a", "not a video that can be read"),
     ],
 )
 def test_what_is_no_video_is_refused_with_a_sentence(
@@ -62,7 +62,7 @@ def test_a_video_belongs_to_its_person_and_goes_with_them(server: Server, film: 
     assert "clip_digest" not in shown
     kept = server.folder / "photos" / photo / "clip.mp4"
     assert kept.read_bytes() == film
-    assert server.ask(f"photos/{photo}/clip.mp4")[0] == 404  # it is not given out again
+    assert server.ask(f"photos/{photo}/clip.mp4")[0] == 404  # the upload is never served
     assert server.ask(f"api/photos/{photo}/clip", "DELETE")[0] == 200
     assert not kept.exists()
     assert send(server, "again.mp4", film)[0] == 201

@@ -1,4 +1,4 @@
-"""Corrections, further photos, paths and files for other tools: what the server takes and keeps."""
+"""Corrections, further photos, paths and exports: what the server accepts and stores."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_further_photo_is_one_and_another(server: Server) -> None:
     assert status == 201
     assert len(json.loads(body)["more"]) == 1
     assert server.ask(f"photos/{photo}/more-1.jpg")[0] == 200
-    assert server.ask(f"photos/{photo}/more-1")[0] == 404  # what came in is never given out
+    assert server.ask(f"photos/{photo}/more-1")[0] == 404  # the upload is never served
     assert b"here already" in server.ask(f"api/photos/{photo}/more", "POST", other)[2]
     assert server.ask(f"api/photos/{photo}/more", "DELETE")[0] == 200
     assert server.state()["photos"][0]["more"] == []
@@ -62,7 +62,7 @@ def test_corrections_are_kept_and_looked_at_again(tmp_path: Path) -> None:
     library = Library(tmp_path)
     photo = arrived(library, picture(), "somebody")
     desk = Desk(library, "", cache=str(tmp_path / "store"))
-    with pytest.raises(InputError, match="being looked at"):
+    with pytest.raises(InputError, match="still being detected"):
         desk.correct(photo, Corrections.of(SAID))
     photo.status = "ready"
     desk.correct(photo, Corrections.of(SAID))

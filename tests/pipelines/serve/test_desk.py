@@ -1,5 +1,7 @@
-"""The queue while people change their minds and the disk is full. The child process here writes
-files and waits; it computes nothing."""
+"""The queue while users change their minds and the disk is full.
+
+The child process here writes files and waits; it computes nothing.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,7 @@ WISH = Wish(action="Walk")
 
 @pytest.fixture(autouse=True)
 def no_orphans() -> Iterator[None]:
-    """In the end no child process of a desk lives."""
+    """At the end no child process of a desk is running."""
     yield
     time.sleep(0.1)
     assert [
@@ -57,7 +59,7 @@ def no_orphans() -> Iterator[None]:
 
 
 def desk_of(folder: Path, *names: str) -> Desk:
-    """A desk with photos that nobody has looked at yet."""
+    """A desk with photos that have not been processed yet."""
     library = Library(folder / "page")
     for name in names:
         arrived(library, name.encode(), name)
@@ -252,8 +254,7 @@ def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(
 def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Killed between the removal and the forgetting; of somebody whose photo came again meanwhile
-    everything stays."""
+    """Values of a person whose photo was sent again survive a kill between removal and cleanup."""
     desk = desk_of(tmp_path, "gone", "back")
     store, names = Store(tmp_path / "store"), ("gone", "back")
     with using(store):
@@ -282,7 +283,7 @@ def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start
 def test_a_cancellation_that_gets_lost_does_not_keep_the_server(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As by `asyncio.wait_for` of Python 3.10 and 3.11, which returns what is just done instead."""
+    """Return what has just finished, as `asyncio.wait_for` of Python 3.10 and 3.11 does."""
     desk = desk_of(tmp_path)
     lost = list[int]()
 
@@ -351,7 +352,7 @@ def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
 
     asyncio.run(ended())
     assert sent[0]["status"] == 503
-    assert b"the page ends" in sent[1]["body"]
+    assert b"the server is stopping" in sent[1]["body"]
 
 
 def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) -> None:

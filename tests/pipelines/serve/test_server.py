@@ -1,4 +1,4 @@
-"""The server of the page without a browser: who may ask, what may come in, what goes out."""
+"""The server of the page without a browser: access, accepted input, and output."""
 
 from __future__ import annotations
 
@@ -34,8 +34,7 @@ SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server with a finished job that was written by hand: its files are real, nothing was
-    computed."""
+    """A server with a finished job that was written by the test: its files are real."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
     photo = ready(library)
@@ -55,7 +54,7 @@ def job(server: Server) -> dict:
     return server.state()["jobs"][0]
 
 
-# --- who may ask
+# --- access
 
 
 def test_it_listens_on_this_machine_alone(server: Server) -> None:
@@ -137,7 +136,7 @@ def test_every_answer_holds_the_browser_to_this_server(server: Server, job: dict
     ]
 
 
-# --- what may come in
+# --- input
 
 
 def test_fifty_hostile_uploads_are_refused_with_a_sentence(server: Server) -> None:
@@ -164,7 +163,7 @@ def test_the_size_is_checked_before_and_while_it_is_read(server: Server) -> None
         assert server.ask("api/photos", "POST", b"x", {"Content-Length": length})[0] in (400, 413)
     with socket.create_connection(
         ("127.0.0.1", server.port), timeout=30
-    ) as wire:  # says nothing of its size and goes on and on
+    ) as wire:  # has no length and does not end
         wire.sendall(
             f"POST /{server.token}/api/jobs HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n".encode()
         )
@@ -255,7 +254,7 @@ def test_many_may_ask_at_once(server: Server) -> None:
     assert {status for status, _ in answers} <= {200, 400}  # of eight actions none sneaks
 
 
-# --- what goes out
+# --- output
 
 
 def test_nothing_outside_the_folder_is_read(server: Server, job: dict) -> None:
@@ -295,7 +294,7 @@ def test_every_action_has_its_figure(server: Server) -> None:
         sizes[name] = np.ptp(moves, axis=0).max(), np.ptp(moves[..., 1])
     assert (
         np.mean([moved > 4 for moved, _ in sizes.values()]) > 0.9
-    )  # some poses are held: a pistol is aimed, somebody sleeps
+    )  # some poses are held: aiming a pistol, sleeping
     assert np.median([tall for _, tall in sizes.values()]) > 150  # most stand
     assert server.ask("page/sample.webp")[1]["content-type"] == "image/webp"
 

@@ -1,5 +1,4 @@
-"""Strangers at the page's door: texts that no encoding has, silent connections, many large photos,
-held downloads."""
+"""Unknown clients: texts in no encoding, silent connections, many large photos, held downloads."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ from tests.support.uploads import chunk
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server with one photo that is ready, whose job's record an older version had let in with
-    half a character."""
+    """A server with one photo whose job's record has half a character, from an older version."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
     photo = ready(library)
@@ -107,7 +105,7 @@ def test_silent_strangers_do_not_crowd_out_the_page(server: Server) -> None:
     try:
         for _ in range(5):
             assert server.ask("api/state")[0] == 200
-        assert said(silent[0]) == b""  # the first was given up for the last
+        assert said(silent[0]) == b""  # the oldest was closed for the newest
     finally:
         for one in silent:
             one.close()
@@ -214,7 +212,7 @@ def test_photos_are_decoded_elsewhere(server: Server) -> None:
     assert (photo["width"], photo["height"]) == (1280, 1280)
     assert (
         server.ask(f"photos/{photo['id']}/photo.jpg")[0] == 200
-    )  # at once, before anybody has looked
+    )  # immediately, before the photo is processed
     assert server.ask(f"api/photos/{photo['id']}", "DELETE")[0] == 200
     time.sleep(1.5)
     assert not (server.folder / "photos" / photo["id"]).exists()

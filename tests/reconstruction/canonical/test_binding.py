@@ -1,4 +1,4 @@
-"""Binding: four weights per vertex that no pose tears, and legs that stay under their skirt."""
+"""Binding: four weights per vertex that no pose tears, and legs that stay under the skirt."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The canonical character: its mesh, what it observes, and that nothing of the photo's pose
-remains."""
+"""The canonical character: its mesh, its observations, and no trace of the photo's pose."""
 
 from __future__ import annotations
 
@@ -112,7 +111,7 @@ def test_it_stands_on_the_ground_and_moves_by_its_bones(person: Reconstruction, 
     back = deform(character, body.bone_transforms)
     assert (
         np.abs(back - person.surface.vertices).max() < 0.03
-    )  # the head alone is turned by its landmarks
+    )  # only the head is turned by its landmarks
     feet = on_parts(character.parts, "left_foot", "right_foot")
     assert np.abs(back - person.surface.vertices)[feet].max() < 1e-4
 
@@ -150,7 +149,7 @@ def test_soles_are_flat_and_toes_are_closed(person: Reconstruction) -> None:
 
 
 def test_a_shoes_tip_is_one(person: Reconstruction, body: Body) -> None:
-    """From above nothing shines through between toes."""
+    """Seen from above there are no gaps between toes."""
     from scipy.spatial import Delaunay
 
     standing, mesh = person.surface.standing, topology()
@@ -289,13 +288,12 @@ def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) ->
     image[:, between - 22 : between + 22] = 0
     other = dataclasses.replace(
         subject, image=image
-    )  # what is seen between white legs is black: the background
+    )  # what is visible between white legs is black: the background
     assert not hangs_between_legs(skirt.surface, body, other, CAMERA)
 
 
 def test_the_seat_of_a_seated_persons_trousers_is_no_skirt(body: Body) -> None:
-    """Thighs raised by 80 degrees: what fills the place between them, but not between the shins,
-    does not hang."""
+    """With thighs raised by 80 degrees, a filling between them but not the shins is no skirt."""
     turned, transforms = (
         Rotation.from_euler("x", -80, degrees=True).as_matrix(),
         body.bone_transforms.astype(np.float64).copy(),
@@ -360,7 +358,7 @@ def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
 
 
 def test_background_between_two_legs_is_not_the_persons() -> None:
-    """Two red legs before a black wall, of which the mask has the gap between the legs as well."""
+    """Two red legs in front of a black wall, with a mask that includes the gap between them."""
     subject = blank_subject(400)
     image, mask = np.zeros((400, 400, 3), np.uint8), np.zeros((400, 400), np.float32)
     shown = np.full((400, 400), -1)
@@ -379,8 +377,10 @@ def test_background_between_two_legs_is_not_the_persons() -> None:
 
 
 def test_a_neckline_is_the_trunks_and_a_hands_color_on_it_is_not() -> None:
-    """A trunk of blue cloth with a neckline of skin; a hand before it, of which the fit shows the
-    lower half alone."""
+    """A trunk of blue cloth with a neckline of skin, and a hand in front of it.
+
+    The fit shows only the lower half of the hand.
+    """
     shown = np.full((200, 200), -1)
     shown[:40, 60:140], shown[40:, 20:180] = PARTS.index("head"), PARTS.index("torso")
     shown[150:170, 80:140] = PARTS.index("left_hand")

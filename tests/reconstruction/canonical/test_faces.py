@@ -1,4 +1,4 @@
-"""Faces of which a photo shows one half, or shows them turned away."""
+"""Faces that are turned away, or of which a photo shows one half."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
     weight = np.full((len(hidden), 3, 1), 1 / 3)
     kept, trust, colors = of_other_half(photo, mesh, hidden, weight, np.ones((len(hidden), 1)))
     good = trust[:, 0] > 0.9
-    assert kept.mean() > 0.9  # a face from before is as square on both sides
+    assert kept.mean() > 0.9  # a face seen from the front is equally frontal on both sides
     assert good.sum() > 200
     assert colors[good, 2].max() < 0.1
     assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
@@ -136,4 +136,4 @@ def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
     assert np.array_equal(toned[:100], base[:100])
     assert toned[100:, 0].min() > 0.5
     kept = even_tones(base, known, np.ones(130, bool), labels=labels, bare=np.ones(130, bool))
-    assert np.array_equal(kept, base)  # what the other half told stays
+    assert np.array_equal(kept, base)  # what the other half gave is kept

@@ -1,4 +1,4 @@
-"""Skirts on legs that are together: where they end, and what is none."""
+"""Skirts on legs that are together: where they end, and what is not a skirt."""
 
 from __future__ import annotations
 

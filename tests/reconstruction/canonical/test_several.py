@@ -1,4 +1,4 @@
-"""One person of several photos: displacements, colors and exposures brought together."""
+"""Several photos of one person: merged displacements, colors and exposures."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_an_exposure_is_found_by_parts_that_both_photos_show():
     gain = np.array([1.5, 1.2, 0.9])
     front = np.arange(1200) % 2 == 0
     theirs = albedo.copy()
-    theirs[parts == PARTS.index("head")] *= 3.0  # hair behind, a face before
+    theirs[parts == PARTS.index("head")] *= 3.0  # hair behind, a face in front
     canvas = SimpleNamespace(parts=parts)
     found = exposure(
         canvas, (front, linear_to_srgb(albedo)), (~front, linear_to_srgb(theirs / gain))
@@ -101,7 +101,7 @@ def test_an_exposure_is_found_by_parts_that_both_photos_show():
 
 
 def test_a_person_before_and_behind_has_the_colors_of_both_photos():
-    """The same body photographed in red from before and in blue from behind."""
+    """The same body photographed in red from the front and in blue from behind."""
     from a2v.reconstruction import ColorSettings
     from a2v.reconstruction.canonical import canonical_person
     from a2v.reconstruction.canonical.several import Sight

@@ -1,4 +1,4 @@
-"""The body moved in depth to where the maps have it."""
+"""The body is moved to the depth of the maps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from a2v.types import Body, OrthographicCamera, Subject
 
 
 def seen(subject: Subject, body: Body, camera: OrthographicCamera, shift: float) -> SimpleNamespace:
-    """A person whose maps have the body `shift` meters nearer to the camera, on its left side."""
+    """Return a person whose maps show the body `shift` meters nearer to the camera on its left
+    side."""
     frame: Frame = make_frame(subject.image, subject.mask, camera)
     vertices, faces, _ = outer_skin(body)
     guide = GuideMesh(vertices - [0, 0, vertices[:, 2].mean()], faces)

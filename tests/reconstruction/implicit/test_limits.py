@@ -1,5 +1,4 @@
-"""A shell around a dressed body: what is spun between limbs is cut, what no network sees is whole,
-and details within it stay."""
+"""The shell around a dressed body cuts webs, completes unseen limbs, and keeps details."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ def rod(x: float, z: float) -> trimesh.Trimesh:
 
 @pytest.fixture(scope="module")
 def limits() -> ShellLimits:
-    """Two legs, one before the other and 12 cm aside, in the middle of a mask that leaves room
-    around them."""
+    """Two legs, one in front of the other and 12 cm aside, in the middle of a wide mask."""
     both = trimesh.util.concatenate([rod(0.06, APART / 2), rod(-0.06, -APART / 2)])
     grid = Grid(np.array([-0.25, -0.7, -0.35]), 0.01, (51, 141, 71))
     field = signed_distance(np.asarray(both.vertices), np.asarray(both.faces), grid, band=4)

@@ -1,5 +1,4 @@
-"""The shipped networks on the body with a jacket, hair and a skirt, which looks like nobody that
-they have seen."""
+"""The shipped networks on a body in a jacket, hair and a skirt unlike their training."""
 
 from __future__ import annotations
 

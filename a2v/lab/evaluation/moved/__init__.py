@@ -1,2 +1,2 @@
-"""How good a person is who is moved: characters from ordinary photographs, put into other poses
-beside the truth in the same poses."""
+"""Evaluation of moved people: characters from ordinary photographs in other poses, compared with
+the true person in the same poses."""

@@ -1,6 +1,6 @@
-"""Carry poses of a true person's rig over to the rig of a character.
+"""Transfer poses from a true person's rig to the rig of a character.
 
-Rotations of joints from the T-pose are carried over, so that neither errors of the fitted pose nor
+Rotations of joints from the T-pose are transferred, so that neither errors of the fitted pose nor
 other lengths of bones count as errors of the pose: each bone of the character turns as that of the
 truth, and in the T-pose its limbs point in the same directions. The lengths of bones stay those of
 the character. A palm is turned by its knuckles, because rigs have different twists of hands at
@@ -19,7 +19,7 @@ from a2v.lab.studio.makehuman.hm08 import RAISED, RIG_BONES, RIG_PARENTS, rig_bo
 from a2v.types import Body, FloatArray
 
 _ENDS = {"Arm": "ForeArm", "ForeArm": "Hand", "UpLeg": "Leg", "Leg": "Foot"}
-"""Bones of limbs, and the bones to whose heads they point."""
+"""Limb bones, and the bones to whose heads they point."""
 _KNUCKLES = ("HandMiddle1", "HandIndex1", "HandPinky1")
 """The knuckle to which a palm points, and the two ends of the row of knuckles."""
 _SIDES = ("Left", "Right")

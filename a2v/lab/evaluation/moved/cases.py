@@ -21,8 +21,9 @@ from a2v.lab.evaluation.moved.carry import truth_turns
 from a2v.lab.evaluation.reconstruction.cases import lit_by
 from a2v.lab.evaluation.reconstruction.panels import Pin
 from a2v.lab.studio.avatars import Avatar
+from a2v.lab.studio.makehuman.dressing import dress
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import Wardrobes, dress
+from a2v.lab.studio.makehuman.people import Wardrobes
 from a2v.lab.studio.ordinary import draw_ordinary
 from a2v.lab.studio.photograph import FILM, Photograph, light_scene, photograph_scene
 from a2v.lab.studio.posing import avatar_body

@@ -33,9 +33,10 @@ from a2v.types import (
 )
 
 LONG_EDGE = 0.04
-"""A triangle is torn if an edge is longer than this, meters, and stretched by `STRETCH`."""
+"""A triangle is torn if an edge is longer than this, meters, and stretched by more than
+`STRETCH`."""
 STRETCH = 3.0
-"""Length of a torn edge relative to its length where the character was made."""
+"""Smallest ratio between the length of a torn edge and its length on the undeformed character."""
 OWN_REACH = 0.06
 """Distance around a place of the character within which colors of the truth belong to the place,
 meters."""
@@ -82,7 +83,7 @@ class Moved:
     ----------
     character : Character
     made : (V, 3) float64
-        Vertices where the character was made, meters of the truth.
+        Vertices in the pose in which the character was made, meters of the truth.
     vertices : (T, V, 3) float64
         In each of `POSES`, aligned with the truth, meters.
     """
@@ -262,8 +263,8 @@ def outer_faces(surface: Surface) -> IntArray:
 def of_other_parts(
     points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
 ) -> BoolArray:
-    """Which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the truth
-    (M, 3) has only elsewhere.
+    """Return which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the
+    truth (M, 3) has only elsewhere.
 
     See `OWN_COLOR`. Colors that no part has (shading, highlights) do not count.
     """

@@ -70,7 +70,8 @@ def aligned_distances(
     count : int
         Points per side in each round.
     sized : bool
-        Scale the surface to the size of the truth, too.
+        Scale the surface to the size of the truth, too. Then the ICP starts at the truth's
+        centroid and spread; without it, at the surface's own place.
     """
     rotation, shift, size = align(own, truth, rounds=rounds, count=count, sized=sized)
     forth = truth.rays.closest(
@@ -93,6 +94,11 @@ def align(
     mine = np.asarray(own.points[:: max(1, len(own.points) // count)], np.float64)
     theirs = np.asarray(truth.points[:: max(1, len(truth.points) // count)], np.float64)
     rotation, shift, size = np.eye(3), np.zeros(3), 1.0
+    if sized:
+        # ICP alone shrinks or grows a surface too slowly to reach the size of the truth
+        middle, aim = own.points.mean(axis=0), truth.points.mean(axis=0)
+        size = float(np.std(truth.points - aim) / np.std(own.points - middle))
+        shift = aim - size * middle
     for _ in range(rounds):
         moved = size * mine @ rotation.T + shift
         there = _closest(truth, moved)

@@ -79,7 +79,7 @@ class Truth:
         both = front.mask & self.sides[0].mask
         if not both.any():
             raise InputError(
-                f"{case.name} {case.index}: the reconstruction lies beside the person; "
+                f"{case.name} {case.index}: the reconstruction does not overlap the person; "
                 "nothing can be compared"
             )
         shift = float(np.median(self.sides[0].depth[both]) - np.median(front.depth[both]))
@@ -134,10 +134,11 @@ class Truth:
         }
 
     def _slabs(self, surface: Surface, aside: float) -> float:
-        """Share of the pixels of both silhouettes at which the longest way through the solid is
-        over `THICK` times as long as from the front to the back of the truth. Unlike in
-        `thick_share`, separate limbs are not slabs. Of the truth, the largest thickness within
-        `aside` meters counts.
+        """Return the fraction of the pixels of both silhouettes that are slabs.
+
+        At such a pixel the longest path through the solid is over `THICK` times the truth's
+        thickness from front to back, of which the largest within `aside` meters counts. Unlike in
+        `thick_share`, separate limbs are not slabs.
         """
         import cv2
 
@@ -166,8 +167,8 @@ class Truth:
         return aligned_distances(Scan.of(surface.vertices, surface.faces, points), truth)
 
     def _in_world(self, vertices: FloatArray, faces: IntArray) -> tuple[float, float]:
-        """Chamfer distance and point to surface, meters, between people in the world, after
-        scaling: distortion by perspective counts."""
+        """Return Chamfer distance and point to surface, meters, between people in the world, after
+        scaling. Perspective distortion counts as an error."""
         plain = Surface(
             vertices=vertices.astype(np.float32),
             faces=faces.astype(np.int32),

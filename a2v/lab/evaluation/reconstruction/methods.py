@@ -258,7 +258,7 @@ def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
     person, true = mask_in_photo(subject) > 0.5, case.mask > 127
     if (person & true).sum() < 0.5 * (person | true).sum():
         raise InputError(
-            "perception took something else for the person: its mask and the true one overlap by "
+            "perception did not find the person: its mask and the true one overlap by "
             "less than a half"
         )
     return subject

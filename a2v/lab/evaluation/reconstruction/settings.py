@@ -51,7 +51,7 @@ class BenchmarkSettings:
     Attributes
     ----------
     panel : str
-        Name of the photos in `PANELS`.
+        Name of the list of photos (`PANELS`).
     views : int
         Largest number of photos; the first ones of the panel are taken. No panel has more than 40.
     seed : int

@@ -60,8 +60,8 @@ def _distance_to(known: BoolArray) -> FloatArray:
 def longest_ways(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray
 ) -> FloatArray:
-    """Longest way (n,), meters, within a closed mesh, vertices (V, 3) and faces (F, 3), along -z at
-    pixels (n, 2) of `camera`; 0 for none."""
+    """Return the longest path (n,), meters, inside a closed mesh, vertices (V, 3) and faces (F, 3),
+    along -z at pixels (n, 2) of `camera`; 0 for none."""
     far = float(vertices[:, 2].max()) + 1
     ray, way, entering = RayScene(vertices, faces).passages(
         pixel_rays(camera, pixels, far),

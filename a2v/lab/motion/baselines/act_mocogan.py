@@ -26,7 +26,7 @@ CONTENT = 30
 CLASS_WEIGHT = 0.7
 """Weight of the action's cross entropy in the generator's loss."""
 POSE_WEIGHT = 0.5
-"""Weight of the discriminator of single poses in it."""
+"""Weight of the loss of the discriminator of single poses in the same loss."""
 
 
 class ActMoCoGAN(Baseline):
@@ -77,13 +77,13 @@ class ActMoCoGAN(Baseline):
         return poses
 
     def judged(self, poses: Tensor) -> Tensor:
-        """Outputs (B, 1 + C) for motions (B, T, D)."""
+        """Return outputs (B, 1 + C) for motions (B, T, D)."""
         hidden, _ = self.judge["recurrent"](poses)
         outputs: Tensor = self.judge["exit"](torch.tanh(self.judge["features"](hidden[:, -1])))
         return outputs
 
     def judged_poses(self, batch: Batch, draws: torch.Generator) -> Tensor:
-        """Logits of random poses, each moved so that its root is the origin."""
+        """Return logits of random poses, each moved so that its root is at the origin."""
         poses, _ = random_poses(batch, draws)
         joints = poses.view(len(poses), -1, 3)
         logits: Tensor = self.judge["pose"]((joints - joints[:, :1]).flatten(1))

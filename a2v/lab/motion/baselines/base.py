@@ -13,11 +13,11 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 FIRST_STAGE = 0.6
-"""Share of the training that goes to the first of two stages. Iterations of the second cost far
-more."""
+"""Share of the training for the first of two stages. Iterations of the second take far more
+time."""
 
 Improve = Callable[[nn.Module, Tensor], float]
-"""One step of the optimizer on the weights of a module, and of no other, down a loss (); the loss
+"""Takes one optimizer step on the weights of only one module to lower a loss (); returns the loss
 as a number."""
 
 
@@ -64,18 +64,18 @@ class Baseline(nn.Module, ABC):
     def learn(
         self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
     ) -> dict[str, float]:
-        """One iteration, when the share `progress` of the training is done; losses by names that
-        are the same in every iteration."""
+        """Run one iteration after the fraction `progress` of the training; returns losses by names,
+        the same names in every iteration."""
 
     @abstractmethod
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
-        """Poses (B, T, D) of actions (B, C). `first` (B, D) are real first poses, which only
-        CondGRU needs. Call in `eval` mode."""
+        """Sample poses (B, T, D) of actions (B, C). `first` (B, D) are real first poses, which only
+        CondGRU needs. Call it in `eval` mode."""
 
 
 def layers(*widths: int, norm: bool = False, slope: float = 0.2) -> nn.Sequential:
-    """Linear layers of these widths with leaky rectifiers between them, each after a batch norm if
-    `norm`."""
+    """Return linear layers of these widths with leaky rectifiers between them, each after a batch
+    norm if `norm`."""
     parts: list[nn.Module] = []
     for index, (before, after) in enumerate(itertools.pairwise(widths)):
         parts.append(nn.Linear(before, after))
@@ -85,12 +85,12 @@ def layers(*widths: int, norm: bool = False, slope: float = 0.2) -> nn.Sequentia
 
 
 def normal(draws: torch.Generator, *shape: int) -> Tensor:
-    """Standard normal numbers of a shape."""
+    """Draw standard normal numbers of a shape."""
     return torch.randn(*shape, generator=draws)
 
 
 def over_time(vector: Tensor, frames: int) -> Tensor:
-    """A vector (B, N) repeated for every frame: (B, T, N)."""
+    """Repeat a vector (B, N) for every frame: (B, T, N)."""
     return vector[:, None].expand(-1, frames, -1)
 
 
@@ -100,7 +100,7 @@ def real_or_not(logits: Tensor, real: bool) -> Tensor:
 
 
 def random_poses(batch: Batch, draws: torch.Generator, each: int = 4) -> tuple[Tensor, Tensor]:
-    """Poses (B each, D) of random frames, and their actions (B each, C)."""
+    """Return poses (B each, D) of random frames, and their actions (B each, C)."""
     clips, frames = batch.poses.shape[:2]
     chosen = torch.randint(0, frames, (clips, each), generator=draws)
     return batch.poses[torch.arange(clips)[:, None], chosen].flatten(
@@ -123,12 +123,12 @@ def wasserstein_round(
     improve: Improve,
     draws: torch.Generator,
 ) -> dict[str, float]:
-    """`CRITIC_STEPS` steps of a critic and one of its generator, with the gradient penalty of
+    """Take `CRITIC_STEPS` steps of a critic and one of its generator, with the gradient penalty of
     Gulrajani et al. (2017).
 
     Parameters
     ----------
-    generate : makes poses (N, D) of a number N
+    generate : makes N poses (N, D)
     real : (N, D)
     given : (N, C) or (N, 0)
         Further inputs of the critic for each pose.

@@ -12,10 +12,10 @@ TEACHER_FORCING = 0.5
 
 
 class CondGRU(Baseline):
-    """The class, made a vector as long as a pose, joins the pose; a GRU of 128 and a linear layer
-    give the next pose.
+    """The class, mapped to a vector of the size of a pose, is appended to the pose. A GRU of width
+    128 and a linear layer give the next pose.
 
-    The first pose is a real one, the first state zero; half of the sequences see real poses
+    The first pose is real, and the first state is zero. Half of the sequences get real poses
     throughout, the others their own. Assumed: squared error, no change of the pose's scale.
     """
 

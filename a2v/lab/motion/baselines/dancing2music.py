@@ -38,7 +38,7 @@ class Gaussian(nn.Module):
         self.layer = nn.Linear(before, 2 * after)
 
     def forward(self, vector: Tensor, draws: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """A draw, the mean, and the divergence () from the standard normal, the mean over
+        """Return a draw, the mean, and the divergence () from the standard normal, averaged over
         dimensions."""
         mean, logvar = self.layer(vector).chunk(2, -1)
         divergence = 0.5 * (mean**2 + logvar.exp() - 1 - logvar).mean()
@@ -47,13 +47,13 @@ class Gaussian(nn.Module):
 
 class Dancing2Music(Baseline):
     """A VAE learns snippets of 32 poses as an initial pose (10 numbers) and a movement (512); then
-    a GAN learns which movements follow each other.
+    a GAN learns the order of movements.
 
-    GRUs are 1024 wide, divergences weigh .01, the sequence's L1 10. Snippets share a pose with the
-    next one: its initial pose is the last pose of the previous one. The second stage encodes a
-    sequence of movements and the action to 512 numbers and decodes them; at sampling these are
-    drawn. Assumed: divergences are means over dimensions, the discriminator sees the action,
-    `FIRST_STAGE` of the training for the first stage.
+    GRUs are 1024 wide. Divergences have the weight 0.01, the sequence's L1 error 10. The last pose
+    of a snippet is the initial pose of the next one. The second stage encodes a sequence of
+    movements and the action to 512 numbers and decodes them; these numbers are drawn for sampling.
+    Assumed: divergences are means over dimensions, the discriminator sees the action, `FIRST_STAGE`
+    of the training for the first stage.
     """
 
     SOURCE = "Lee et al., NeurIPS 2019"
@@ -88,13 +88,13 @@ class Dancing2Music(Baseline):
         return self.snippets * (SNIPPET - 1) + 1
 
     def decoded(self, initial: Tensor, move: Tensor) -> Tensor:
-        """Poses (N, 32, D) of an initial pose (N, 10) and a movement (N, 512)."""
+        """Return poses (N, 32, D) of an initial pose (N, 10) and a movement (N, 512)."""
         hidden, _ = self.unit["recurrent"](over_time(torch.cat([initial, move], -1), SNIPPET))
         poses: Tensor = self.unit["exit"](hidden)
         return poses
 
     def composed(self, code: Tensor, actions: Tensor) -> Tensor:
-        """Movements (B, S, 512) of a code (B, 512) and an action."""
+        """Return movements (B, S, 512) of a code (B, 512) and an action."""
         hidden, _ = self.composer["decoder"](
             over_time(torch.cat([code, actions], -1), self.snippets)
         )
@@ -138,7 +138,7 @@ class Dancing2Music(Baseline):
         return {"discriminator": discriminator, "generator": improve(self.composer, wish)}
 
     def judged(self, moves: Tensor, actions: Tensor) -> Tensor:
-        """Logits (B, 1) of whether sequences of movements are real."""
+        """Return logits (B, 1) of whether sequences of movements are real."""
         logits: Tensor = self.judge(torch.cat([moves.flatten(1), actions], -1))
         return logits
 
@@ -164,12 +164,12 @@ class Dancing2Music(Baseline):
 
 
 def joints_of(poses: Tensor) -> Tensor:
-    """Joints (B, T, J, 3) of poses (B, T, D)."""
+    """Return joints (B, T, J, 3) of poses (B, T, D)."""
     return poses.reshape(*poses.shape[:2], -1, 3)
 
 
 def moved_to_origin(poses: Tensor) -> Tensor:
-    """Poses (B, T, D) with the first root at the origin."""
+    """Move poses (B, T, D) so that the first root is at the origin."""
     joints = joints_of(poses)
     moved: Tensor = (joints - joints[:, :1, :1]).flatten(2)
     return moved

@@ -68,7 +68,7 @@ class LatentTransition(Baseline):
         )
 
     def walk(self, actions: Tensor, frames: int, draws: torch.Generator) -> tuple[Tensor, Tensor]:
-        """Latent vectors (B, T, 12) and the steps (B, T - 1, 12) between them."""
+        """Return latent vectors (B, T, 12) and the steps (B, T - 1, 12) between them."""
         first = normal(draws, len(actions), NOISE)
         given = torch.cat([first, actions], -1)
         noise = normal(draws, len(actions), frames - 1, NOISE)
@@ -77,8 +77,8 @@ class LatentTransition(Baseline):
         return first[:, None] + functional.pad(steps.cumsum(1), (0, 0, 1, 0)), steps
 
     def poses_of(self, latents: Tensor) -> Tensor:
-        """Poses (B, T, D) of latent vectors (B, T, 12), by the running statistics of the batch
-        norms."""
+        """Return poses (B, T, D) of latent vectors (B, T, 12), using the running statistics of the
+        batch norms."""
         poses: Tensor = self.pose.eval()(latents.flatten(0, 1)).unflatten(0, latents.shape[:2])
         return poses
 
@@ -87,7 +87,7 @@ class LatentTransition(Baseline):
         return self.poses_of(self.walk(actions, self.sizes.frames, draws)[0])
 
     def judged(self, poses: Tensor) -> Tensor:
-        """Outputs (B, 1 + C) for motions (B, T, D)."""
+        """Return outputs (B, 1 + C) for motions (B, T, D)."""
         hidden, _ = self.judge["recurrent"](
             torch.cat([poses, functional.pad(poses.diff(dim=1), (0, 0, 1, 0))], -1)
         )

@@ -1,4 +1,4 @@
-"""Training of the baselines: resumable, on a CPU; sampling of what was trained."""
+"""Training of the baselines (resumable, on a CPU), and sampling from trained ones."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ KINDS: Mapping[str, type[Baseline]] = dict(
 
 @dataclass(frozen=True)
 class BaselineSettings(RunSettings):
-    """How a baseline is trained.
+    """Settings of the training of a baseline.
 
     Attributes
     ----------
     name : str
         One of `a2v.lab.motion.baselines.NAMES`.
     iterations : int
-        Iterations of both stages together, for systems with two.
+        Number of iterations; for systems with two stages, their sum.
     batch_size : int
         Clips per iteration.
     learning_rate : float
-        Adam's, with (.5, .999).
+        Learning rate of Adam, with betas (0.5, 0.999).
     width : float
         Factor on the widths of hidden layers; 1 is the originals' size.
     """
@@ -171,7 +171,8 @@ class TrainedBaseline:
     def generate(
         self, labels: IntArray, first: FloatArray, generator: np.random.Generator
     ) -> FloatArray:
-        """Joints (N, T, J, 3) float32, native units and the world's axes, first root at the origin.
+        """Sample joints (N, T, J, 3) float32, native units and the world's axes, first root at the
+        origin.
 
         Parameters
         ----------
@@ -226,12 +227,12 @@ def train_baseline(
 
 
 def load_baseline(path: str | os.PathLike[str]) -> TrainedBaseline:
-    """Read what `train_baseline` wrote; only tensors and plain values are unpickled.
+    """Read a file of `train_baseline`; only tensors and plain values are unpickled.
 
     Raises
     ------
     InputError
-        The file is missing, damaged, or holds no such baseline.
+        The file is missing, damaged, or not a baseline.
     """
     content = read_checkpoint(path, (*BaselineTraining.STORED, "iteration"))
     try:

@@ -23,13 +23,14 @@ NOISE = 30
 
 
 class TwoStageGAN(Baseline):
-    """A Wasserstein GAN learns poses of an action; then a recurrent network learns which latent
-    vectors make a motion of them.
+    """A Wasserstein GAN learns poses of an action; then a recurrent network learns sequences of its
+    latent vectors that make a motion.
 
     Pose noise and motion noise have 30 dimensions, hidden layers are 128 (poses) and 256 (motion)
-    wide; the first latent vector is drawn, an LSTM makes the other T - 1. Assumed: two hidden
-    layers, the gradient penalty, a class-conditional discriminator of motions with binary cross
-    entropy, `FIRST_STAGE` of the training for the first stage; the poses keep the root's path.
+    wide; The first latent vector is drawn, and an LSTM generates the other T - 1. Assumed: two
+    hidden layers, the gradient penalty, a class-conditional discriminator of motions with binary
+    cross entropy, `FIRST_STAGE` of the training for the first stage; the poses keep the root's
+    path.
     """
 
     SOURCE = "Cai et al., ECCV 2018"
@@ -54,7 +55,7 @@ class TwoStageGAN(Baseline):
         )
 
     def latents(self, actions: Tensor, frames: int, draws: torch.Generator) -> Tensor:
-        """Latent vectors (B, T, 30) of motions."""
+        """Return latent vectors (B, T, 30) of motions."""
         first = normal(draws, len(actions), NOISE)
         noise = normal(draws, len(actions), frames - 1, NOISE)
         state = torch.tanh(self.motion["begin"](torch.cat([first, actions], -1)))[None]
@@ -70,7 +71,7 @@ class TwoStageGAN(Baseline):
         return poses
 
     def judged(self, poses: Tensor, actions: Tensor) -> Tensor:
-        """Logits (B, 1) of whether motions are real."""
+        """Return logits (B, 1) of whether motions are real."""
         hidden, _ = self.judge["recurrent"](
             torch.cat([poses, over_time(actions, poses.shape[1])], -1)
         )

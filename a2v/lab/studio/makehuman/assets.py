@@ -1,5 +1,5 @@
-"""MakeHuman's files: what is worn (``.mhclo``), its mesh (``.obj``) and its look (``.mhmat``), out
-of one zip archive."""
+"""MakeHuman's files from one zip archive: clothes (``.mhclo``), their meshes (``.obj``) and their
+materials (``.mhmat``)."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from a2v.lab.studio.obj import MOST, ObjMesh, parse_obj
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 BASE_VERTICES = 19158
-"""Vertices of the mesh ``hm08`` that everything binds to."""
+"""Number of vertices of the mesh ``hm08``, to which everything is bound."""
 MOST_FILES = 2000
-"""Files of an archive at most."""
+"""Largest number of files of an archive."""
 LARGEST = 16 << 20
-"""Bytes of one of them unpacked, at most."""
+"""Largest unpacked size of one of them, bytes."""
 MOST_PIXELS = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """How a mesh hangs on ``hm08``: vertex i is at ``sum_k weights[i, k] * base[corners[i, k]] +
+    """Binding of a mesh to ``hm08``: vertex i is at ``sum_k weights[i, k] * base[corners[i, k]] +
     offsets[i] * scale``.
 
     Attributes
@@ -36,14 +36,14 @@ class Binding:
     corners : (V, 3) int
     weights : (V, 3)
     offsets : (V, 3)
-        Decimetres; x to the person's left, y up, z to the front.
+        Decimeters; x to the person's left, y up, z to the front.
     scales : tuple of 3 (int, int, float)
-        For x, y and z two vertices of the base, and how far they are apart along the axis,
-        decimeters, where the scale is 1.
+        For x, y and z: two vertices of the base, and their distance along the axis at which the
+        scale is 1, decimeters.
     hides : (BASE_VERTICES,) bool
-        Vertices of the base that are not seen any more below it.
+        Vertices of the base that it covers.
     layer : int
-        What has a larger one is worn over what has a smaller one.
+        Items with a larger number are worn over those with a smaller one.
     """
 
     corners: IntArray
@@ -56,7 +56,7 @@ class Binding:
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """Something to wear: its binding, mesh, and texture (H, W, 4) uint8 sRGB with opacity."""
+    """An item of clothing: its binding, mesh, and texture (H, W, 4) uint8 sRGB with opacity."""
 
     name: str
     binding: Binding
@@ -65,7 +65,7 @@ class Item:
 
 
 class Archive:
-    """A zip of MakeHuman's assets; what it holds is read when asked for.
+    """A zip of MakeHuman's assets; its files are read on demand.
 
     Parameters
     ----------
@@ -74,7 +74,8 @@ class Archive:
     Raises
     ------
     InputError
-        No such archive, or one whose files are too many, too large, or outside of their folders.
+        The archive does not exist, or its files are too many, too large, or outside of their
+        folders.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -88,8 +89,8 @@ class Archive:
             name = PurePosixPath(entry.filename)
             if name.is_absolute() or ".." in name.parts or "\\" in entry.filename:
                 raise InputError(
-                    f"{path} holds '{entry.filename}', which leads out of the archive; refusing to "
-                    "read it"
+                    f"{path} holds '{entry.filename}', which points outside of the archive; "
+                    "refusing to read it"
                 )
             if entry.file_size > LARGEST:
                 raise InputError(
@@ -103,7 +104,7 @@ class Archive:
             return zipfile.ZipFile(open_file(self.path))
 
     def bytes(self, name: str) -> bytes:
-        """A file of the archive."""
+        """Read a file of the archive."""
         if name not in self.names:
             raise InputError(f"{self.path} holds no '{name}'")
         with (
@@ -113,15 +114,15 @@ class Archive:
         ):
             data = stream.read(LARGEST + 1)
         if len(data) > LARGEST:
-            raise InputError(f"{self.path} holds '{name}', which is larger than it says")
+            raise InputError(f"{self.path} holds '{name}', which is larger than the archive lists")
         return data
 
     def text(self, name: str) -> str:
-        """A text file of the archive."""
+        """Read a text file of the archive."""
         return self.bytes(name).decode("utf-8", "replace")
 
     def beside(self, name: str, other: str) -> str:
-        """The archive's name of the file that ``name`` calls ``other``.
+        """Resolve ``other``, a reference in the file ``name``, to a name in the archive.
 
         Raises
         ------
@@ -130,11 +131,13 @@ class Archive:
         """
         found = posixpath.normpath(posixpath.join(posixpath.dirname(name), other.strip()))
         if found.startswith(("..", "/")):
-            raise InputError(f"{self.path}:{name} names '{other}', which leads out of the archive")
+            raise InputError(
+                f"{self.path}:{name} names '{other}', which points outside of the archive"
+            )
         return found
 
     def under(self, folder: str, suffix: str) -> dict[str, str]:
-        """Files by stem in the folders of a kind of assets, such as ``clothes``."""
+        """List files by stem in the folders of a kind of assets, such as ``clothes``."""
         marked = f"/{folder}/"
         return {
             PurePosixPath(name).stem: name
@@ -143,12 +146,12 @@ class Archive:
         }
 
     def item(self, name: str) -> Item:
-        """What the ``.mhclo`` of that name puts on.
+        """Read the item of the ``.mhclo`` of that name.
 
         Raises
         ------
         InputError
-            It is broken, or what it names is missing.
+            It is broken, or a file that it refers to is missing.
         """
         source = f"{self.path}:{name}"
         with reading(source, "usable .mhclo"):
@@ -163,7 +166,7 @@ class Archive:
         return Item(PurePosixPath(name).stem, binding, mesh, texture)
 
     def texture(self, material: str) -> ByteArray:
-        """The texture (H, W, 4) uint8 of an ``.mhmat``; its size is looked at before it is
+        """Read the texture (H, W, 4) uint8 of an ``.mhmat``; its size is checked before it is
         decoded."""
         from PIL import Image
 
@@ -184,9 +187,9 @@ class Archive:
 
 
 def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
-    """A ``.mhclo``'s binding, and its other entries by their first word.
+    """Parse the binding of a ``.mhclo``, and its other entries by their first word.
 
-    Numbers follow ``verts``, even where other entries come between; ``delete_verts`` lists vertices
+    Numbers follow ``verts``, even with other entries in between. ``delete_verts`` lists vertices
     and ranges such as ``10 - 20``.
 
     Raises
@@ -243,7 +246,7 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
 
 
 def _row(words: list[str], source: str) -> list[float]:
-    """Three corners, three weights and an offset; one number alone is a vertex of the base."""
+    """Parse three corners, three weights and an offset; a single number is a vertex of the base."""
     values = [float(word) for word in words]
     if len(values) == 1:
         return [values[0]] * 3 + [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]

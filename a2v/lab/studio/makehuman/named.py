@@ -1,8 +1,8 @@
-"""People with a name: pinned by what they wear and by a number of their own, so that nothing else
-in the archive or the folder changes them.
+"""Named people: each is fixed by its clothes and a number, so that no other change of the archive
+or the folder affects it.
 
-They wear what training never shows (`a2v.lab.studio.makehuman.people.HELD_OUT`): the benchmark
-photographs them.
+They wear clothes that are not in training data (`a2v.lab.studio.makehuman.people.HELD_OUT`). The
+benchmark photographs them.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from a2v.errors import InputError
 from a2v.lab.studio.makehuman.people import EYE_COLORS, GREY_HAIR, HAIR_COLORS, Person, draw_shape
 
 _AGES = {"young": (0.6, 0.75), "middleage": (0.77, 0.87), "old": (0.89, 0.97)}
-"""Anny's age by the first word of a skin's name; 2/3 is a young adult, 1 old."""
+"""Range of Anny's age by the first word of a skin's name; 2/3 is a young adult, 1 is old."""
 
 
 @dataclass(frozen=True)
 class NamedPerson:
-    """What a person with a name wears; shape and colors follow from `number` alone."""
+    """Clothes of a named person; shape and colors depend only on `number`."""
 
     number: int
     skin: str
@@ -32,7 +32,7 @@ class NamedPerson:
 
 
 def _read(text: str, *, name: str = "makehuman", first: int = 1) -> Mapping[str, NamedPerson]:
-    """People by name, from ``skin outfit hair shoes, ...``; the first of them has the number
+    """Parse people by name from ``skin outfit hair shoes, ...``; the first one has the number
     `first`."""
     rows = enumerate((row.split() for row in text.split(", ")), first)
     return MappingProxyType(
@@ -88,12 +88,12 @@ NAMED_PEOPLE: Mapping[str, NamedPerson] = MappingProxyType({**_MAKEHUMAN, **_PHO
 
 
 def named_person(name: str) -> Person:
-    """Who it is.
+    """Return the person of a name.
 
     Raises
     ------
     InputError
-        Nobody has that name.
+        The name is unknown.
     """
     if name not in NAMED_PEOPLE:
         raise InputError(

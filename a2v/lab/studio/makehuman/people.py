@@ -1,55 +1,22 @@
-"""Persons: a shape of Anny's, a skin, hair, clothes, shoes and sometimes a hat, as an `Avatar` that
-the studio photographs like any other."""
+"""Persons to photograph: a shape of Anny's, a skin, hair, clothes, shoes and sometimes a hat."""
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 
-import cv2
 import numpy as np
 
 from a2v.body import load_body_model
-from a2v.body.parts import PARTS
 from a2v.errors import InputError
-from a2v.geometry.mesh import piece_of_faces
-from a2v.kinematics.names import BLAZEPOSE
-from a2v.lab.studio.avatar_files import pack_atlas, to_atlas
-from a2v.lab.studio.avatars import Avatar
-from a2v.lab.studio.frames import MotionFrames
-from a2v.lab.studio.guide import CARRIERS, Guide
 from a2v.lab.studio.makehuman.assets import Archive, Item
-from a2v.lab.studio.makehuman.binding import (
-    carried,
-    kept_faces,
-    lay_on,
-    opaque_faces,
-    visible_parts,
-)
-from a2v.lab.studio.makehuman.hm08 import (
-    RIG_BONES,
-    RIG_PARENTS,
-    Shaped,
-    load_base,
-    rig_parts,
-    rig_transforms,
-    rig_weights,
-    shape_body,
-    sparse_weights,
-    strongest,
-)
-from a2v.lab.studio.scene import Dressed, sort_faces
-from a2v.lab.studio.solid import weld
-from a2v.lab.studio.stand import PreparedAvatar
 from a2v.lab.studio.streams import Stream
-from a2v.lab.studio.variation import SPLITS, Wardrobe, paint_faces, sort_clothes
-from a2v.types import ByteArray, FloatArray, IntArray
+from a2v.lab.studio.variation import SPLITS
+from a2v.types import ByteArray
 
 ARCHIVE = "makehuman_cc0.zip"
 HELD_OUT: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -59,10 +26,10 @@ HELD_OUT: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "hair": ("braid01", "short02", "afro01"),
     }
 )
-"""Worn by nobody of the training split, and by everybody of the validation split."""
+"""Items that nobody in the training split wears, and everybody in the validation split."""
 ODD_SKINS = ("default", "toon01", "special_suit")
 ODD_CLOTHES = ("male_worksuit01",)
-"""Its texture is painted for another layout than its mesh has."""
+"""Clothes with a texture that is painted for another layout than their mesh's."""
 HATS = ("fedora", "fedora_cocked")
 WOMENS_HAIR = ("afro01", "bob01", "bob02", "braid01", "long01", "ponytail01", "short03")
 UNDER_HATS = ("short03", "short04")
@@ -80,7 +47,7 @@ EYE_COLORS = ((70, 44, 24), (92, 66, 40), (70, 100, 120), (86, 106, 74), (40, 28
 
 @dataclass(frozen=True)
 class Person:
-    """Who is drawn: a shape by Anny's parameters, and what is worn by name ("" for none)."""
+    """A drawn person: a shape by Anny's parameters, and the names of the items ("" for none)."""
 
     name: str
     shape: Mapping[str, float]
@@ -94,16 +61,16 @@ class Person:
 
 
 class Wardrobes:
-    """What an archive of MakeHuman's has to wear, by kind and split.
+    """The items of an archive of MakeHuman's, by kind and split.
 
     Raises
     ------
     InputError
-        The archive is missing or broken, or has nothing to wear for a split.
+        The archive is missing or broken, or has no items for a split.
     """
 
     def __init__(self, data: str | os.PathLike[str]) -> None:
-        """`data` is the folder that holds the archive."""
+        """`data` is the folder of the archive."""
         self.archive = Archive(Path(data) / ARCHIVE)
         self._clothes = {
             name: path
@@ -119,8 +86,8 @@ class Wardrobes:
         self._items: dict[str, Item] = {}
 
     def names(self, kind: str, split: str, *, sex: str = "") -> tuple[str, ...]:
-        """What of a kind ("skins", "clothes", "hair", "shoes", "hats") people of a split have; of
-        their `sex` ("female", "male") if that is given."""
+        """Return the names of items of a kind ("skins", "clothes", "hair", "shoes", "hats") for a
+        split, of one `sex` ("female", "male") if given."""
         known = {"skins": self._skins, "hair": self._hair}.get(kind, self._clothes)
         held = HELD_OUT.get(kind, ())
         found = []
@@ -143,7 +110,7 @@ class Wardrobes:
         return tuple(found)
 
     def item(self, name: str) -> Item:
-        """Something to wear, read once."""
+        """Return an item, read once."""
         if name not in self._items:
             path = self._hair.get(name) or self._clothes.get(name)
             if path is None:
@@ -152,13 +119,13 @@ class Wardrobes:
         return self._items[name]
 
     def skin(self, name: str) -> ByteArray:
-        """The texture (H, W, 3) of a skin."""
+        """Return the texture (H, W, 3) of a skin."""
         return np.ascontiguousarray(self.archive.texture(self._skins[name])[..., :3])
 
 
 def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str, float]:
-    """Anny's shape parameters of somebody of a sex ("female", "male") and age (1/3 is a child of
-    about ten, 2/3 a young adult, 1 old)."""
+    """Draw Anny's shape parameters for a sex ("female", "male") and age (1/3 is a child of about
+    ten, 2/3 a young adult, 1 old)."""
     shape = {
         "gender": float(
             generator.uniform(0.85, 1) if sex == "female" else generator.uniform(0, 0.15)
@@ -176,7 +143,7 @@ def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str
 
 
 def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Person:
-    """A person of a split; the same numbers give the same one."""
+    """Draw a person of a split; the same numbers give the same person."""
     generator = np.random.default_rng([seed, SPLITS.index(split), number, Stream.PERSON])
 
     def choose(names: Sequence[str]) -> str:
@@ -223,258 +190,3 @@ def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Per
         hair_color=(tint[0], tint[1], tint[2]),
         eye_color=(float(eyes[0]), float(eyes[1]), float(eyes[2])),
     )
-
-
-def dress(person: Person, wardrobes: Wardrobes) -> Dressed:
-    """Shape, dress and rig a person."""
-    shaped = shape_body(person.shape)
-    avatar = make_avatar(person, shaped, wardrobes)
-    prepared = PreparedAvatar(avatar, garments(avatar), weld(avatar.skin(avatar.rest_transforms)))
-    return Dressed(prepared, sort_faces(avatar), make_guide(shaped, person.name))
-
-
-class _Pieces:
-    """Meshes that are put together: vertices, weights, faces and their corners on textures of their
-    own."""
-
-    def __init__(self) -> None:
-        self.vertices: list[FloatArray] = []
-        self.weights: list[FloatArray] = []
-        self.faces: list[IntArray] = []
-        self.uv: list[FloatArray] = []
-        self.meshes: list[IntArray] = []
-        self.names: list[str] = []
-        self.images: list[ByteArray] = []
-        self._count = 0
-
-    def add(
-        self,
-        name: str,
-        vertices: FloatArray,
-        weights: FloatArray,
-        faces: IntArray,
-        uv: FloatArray,
-        image: ByteArray,
-    ) -> None:
-        """Another mesh; vertices that no face has are left out. `uv` (F, 3, 2) has its origin at
-        the lower left."""
-        if not len(faces):
-            return
-        used, index = np.unique(faces, return_inverse=True)
-        self.vertices.append(vertices[used])
-        self.weights.append(weights[used])
-        self.faces.append(np.asarray(index).reshape(-1, 3) + self._count)
-        self.uv.append(np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1))
-        self.meshes.append(np.full(len(faces), len(self.names)))
-        self.names.append(name)
-        self.images.append(image)
-        self._count += len(used)
-
-
-def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
-    """The person's skin, eyes and clothes as one rigged mesh in T-pose."""
-    base = load_base()
-    worn = [
-        ("cloth", person.outfit),
-        ("shoes", person.shoes),
-        ("hair", person.hair),
-        ("hat", person.hat),
-    ]
-    items = [(kind, wardrobes.item(name)) for kind, name in worn if name]
-    skin_seen, seen = visible_parts([item for _, item in items])
-    pieces = _Pieces()
-    shown = kept_faces(base.skin, skin_seen)
-    pieces.add(
-        "skin",
-        shaped.base,
-        base.weights,
-        base.skin[shown],
-        base.skin_uv[shown],
-        wardrobes.skin(person.skin),
-    )
-    for side, faces in zip(("left", "right"), base.eyes, strict=True):
-        pieces.add(
-            f"{side} eye",
-            shaped.base,
-            base.weights,
-            faces,
-            eye_corners(shaped.base, faces),
-            eye_texture(person.eye_color),
-        )
-    for (kind, item), own in zip(items, seen, strict=True):
-        kept = kept_faces(item.mesh.faces, own) & opaque_faces(item)
-        image = filled_texture(item.texture)
-        image = tinted(image, person.hair_color) if kind == "hair" else image
-        weights = strongest(carried(item.binding, base.weights))
-        pieces.add(
-            f"{kind} {item.name}",
-            lay_on(item.binding, shaped.base),
-            weights,
-            item.mesh.faces[kept],
-            item.mesh.uv[kept],
-            image,
-        )
-    texture, tiles = pack_atlas(pieces.images)
-    meshes, dense = np.concatenate(pieces.meshes), np.concatenate(pieces.weights)
-    rest = shaped.to_t_pose(np.concatenate(pieces.vertices), dense)
-    weights, bones = sparse_weights(dense)
-    return Avatar(
-        name=person.name,
-        influences=np.repeat(rest[:, None], weights.shape[1], axis=1).astype(np.float32),
-        weights=weights.astype(np.float32),
-        bones=bones,
-        faces=np.concatenate(pieces.faces).astype(np.int32),
-        uv=to_atlas(np.concatenate(pieces.uv), tiles[meshes]).astype(np.float32),
-        texture=texture,
-        materials=meshes.astype(np.int32),
-        material_names=tuple(pieces.names),
-        mesh_ids=meshes.astype(np.int32),
-        mesh_names=tuple(pieces.names),
-        bone_names=RIG_BONES,
-        bone_parents=RIG_PARENTS,
-        rest_transforms=rig_transforms(shaped.heads),
-        parts=rig_parts()[bones[:, 0]],
-        provenance={"person": dataclasses.asdict(person)},
-    )
-
-
-def garments(avatar: Avatar) -> Wardrobe:
-    """Where a dressed avatar's texture shows clothes that may take other colors."""
-    meshes = [
-        index
-        for index, name in enumerate(avatar.mesh_names)
-        if name.startswith(("cloth", "shoes", "hat"))
-    ]
-    if not meshes:
-        nothing = np.zeros(0, np.int64)
-        return Wardrobe(
-            nothing,
-            nothing,
-            np.zeros((0, 3), np.float32),
-            np.zeros(0, np.float32),
-            nothing,
-            nothing,
-        )
-    chosen = np.flatnonzero(np.isin(avatar.mesh_ids, meshes))
-    faces = avatar.faces[chosen]
-    piece = piece_of_faces(len(avatar.parts), faces)
-    # a shirt is of one color down to its hem: what is sewn together has the body part that most of
-    # it is on
-    held = np.zeros((int(piece.max()) + 1, len(PARTS)), int)
-    np.add.at(held, (piece, avatar.parts[faces[:, 0]]), 1)
-    part = paint_faces(avatar, chosen, held.argmax(axis=1)[piece])
-    rows, columns = np.nonzero(part >= 0)
-    lab = cv2.cvtColor(avatar.texture.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[rows, columns]
-    return sort_clothes(part, rows, columns, lab, np.ones(len(rows), np.float32))
-
-
-def make_guide(shaped: Shaped, name: str) -> Guide:
-    """The person's own body as the guide: what a perfect fit would have found under the clothes."""
-    model = load_body_model()
-    faces = np.asarray(model.faces, np.int64)
-    piece = piece_of_faces(len(shaped.body), faces)
-    own = faces[piece == np.bincount(piece).argmax()]
-    used, index = np.unique(own, return_inverse=True)
-    dense = rig_weights(model.bone_names, model.weights)[used]
-    weights, bones = sparse_weights(dense)
-    carriers = []
-    for mark in BLAZEPOSE:
-        side, _, joint = mark.partition("_")
-        carriers.append(
-            RIG_BONES.index(f"{side.title()}{CARRIERS[joint]}" if joint in CARRIERS else "Head")
-        )
-    up = np.linalg.inv(shaped.lower[carriers])
-    landmarks = np.einsum("kij,kj->ki", up[:, :3, :3], shaped.landmarks) + up[:, :3, 3]
-    return Guide(
-        vertices=shaped.to_t_pose(shaped.body[used], dense).astype(np.float32),
-        faces=np.asarray(index).reshape(-1, 3).astype(np.int32),
-        weights=weights.astype(np.float32),
-        bones=bones,
-        bone_names=RIG_BONES,
-        heads=shaped.heads.astype(np.float32),
-        parts=np.asarray(model.parts)[used].astype(np.int8),
-        landmarks=landmarks.astype(np.float32),
-        landmark_bones=np.array(carriers, np.int32),
-        provenance={"avatar": name},
-    )
-
-
-def eye_corners(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Texture coordinates (F, 3, 2) of an eye: u is the angle from its gaze (+z), 1 at the back."""
-    corner = vertices[faces] - vertices[np.unique(faces)].mean(axis=0)
-    u = (
-        np.arccos(
-            np.clip(corner[..., 2] / np.maximum(np.linalg.norm(corner, axis=-1), 1e-9), -1, 1)
-        )
-        / np.pi
-    )
-    return np.stack([u, np.full(u.shape, 0.5)], axis=-1)
-
-
-def eye_texture(color: tuple[float, float, float]) -> ByteArray:
-    """Pupil, iris of an sRGB color, white, by the angle from the gaze (16, 180, 3)."""
-    strip = np.full((16, 180, 3), (228, 222, 216), np.uint8)
-    strip[:, :27] = np.clip(color, 0, 255).astype(np.uint8)
-    strip[:, :11] = 8
-    return strip
-
-
-def filled_texture(texture: ByteArray) -> ByteArray:
-    """A texture (H, W, 4) without its opacity: what is transparent takes the mean color."""
-    clear = texture[..., 3] < 128
-    result = np.ascontiguousarray(texture[..., :3])
-    if clear.any() and not clear.all():
-        result[clear] = np.rint(result[~clear].mean(axis=0)).astype(np.uint8)
-    return result
-
-
-def tinted(texture: ByteArray, color: tuple[float, float, float]) -> ByteArray:
-    """A texture of hair (H, W, 3) in another sRGB color, its strands kept."""
-    light = texture.astype(np.float32).mean(axis=-1, keepdims=True)
-    strands = np.clip(light / max(float(light.mean()), 1.0), 0.4, 1.5) ** 0.8
-    return np.asarray(np.rint(np.clip(strands * np.array(color, np.float32), 0, 255)), np.uint8)
-
-
-class Dresser:
-    """Makes the people of a data set: the same seed, split and number give the same person.
-
-    Parameters
-    ----------
-    data : path
-        Folder with `ARCHIVE` and the motion data.
-    seed : int
-        Of the data set.
-
-    Raises
-    ------
-    InputError
-        As of `Wardrobes`.
-    """
-
-    def __init__(self, data: str | os.PathLike[str], seed: int) -> None:
-        """See the class."""
-        self.wardrobes, self._data, self._seed = Wardrobes(data), data, seed
-        self._last: dict[tuple[str, int], Dressed] = {}
-
-    @cached_property
-    def frames(self) -> MotionFrames:
-        """What people in action do.
-
-        Raises
-        ------
-        InputError
-            As of `MotionFrames`.
-        """
-        return MotionFrames(self._data)
-
-    def person(self, split: str, number: int) -> Person:
-        """Who it is."""
-        return draw_person(self.wardrobes, split, number, self._seed)
-
-    def dressed(self, split: str, number: int) -> Dressed:
-        """The person, dressed; the last two are kept."""
-        key = (split, number)
-        if key not in self._last:
-            self._last = dict([*self._last.items()][-1:])
-            self._last[key] = dress(self.person(split, number), self.wardrobes)
-        return self._last[key]

@@ -1,5 +1,5 @@
-"""The bank of poses: frames of every recorded clip on the avatars' rig, sorted into kinds so that
-rare ones can be drawn as often as common ones."""
+"""The bank of poses: frames of every recorded clip on the avatars' rig, grouped into kinds, so that
+rare poses can be drawn as often as common ones."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from a2v.types import FloatArray, IntArray, Progress
 
 SETS = ("cmu", "humanact12")
 KINDS = 500
-"""Of the poses of a data set and split."""
+"""Number of kinds of the poses of a data set and split."""
 HELD_OUT = 9
-"""Clips whose number ends in this digit are of the validation split."""
+"""Clips whose number ends in this digit belong to the validation split."""
 _TOLD_BY = (
     "Head",
     *(
@@ -32,7 +32,7 @@ _TOLD_BY = (
         for bone in ("ForeArm", "Hand", "UpLeg", "Leg", "Foot")
     ),
 )
-"""Bones whose heads tell poses apart."""
+"""Bones whose heads distinguish poses."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ class PoseBank(Record):
     splits : (P,) int8
         Index into `SPLITS`.
     kinds : (P,) int16
-        Which of at most `KINDS` kinds of its set and split a pose is.
+        Kind of a pose, one of at most `KINDS` of its set and split.
     """
 
     rotations: FloatArray
@@ -81,19 +81,19 @@ class PoseBank(Record):
         return found
 
     def draw(self, split: str, generator: np.random.Generator, common: float) -> Pose:
-        """A pose of a split: with probability `common` any frame is as likely as any other, else
-        any kind.
+        """Draw a pose of a split: with probability `common` uniformly over frames, else uniformly
+        over kinds.
 
         Raises
         ------
         InputError
             The bank has no pose of the split.
         """
-        number = int(generator.random() < 0.4)  # CMU has more to tell
+        number = int(generator.random() < 0.4)  # CMU has more variety
         there = [at for of, at in self._members if of == SPLITS.index(split)]
         if not there:
             raise InputError(
-                f"the bank has no poses of the split '{split}'; make it anew from more clips"
+                f"the bank has no poses of the split '{split}'; make it again from more clips"
             )
         kinds = self._members[SPLITS.index(split), number if number in there else there[0]]
         if generator.random() < common:
@@ -118,25 +118,25 @@ def make_pose_bank(
     clips: int | None = None,
     progress: Progress | None = None,
 ) -> PoseBank:
-    """The bank of all clips of CMU and HumanAct12.
+    """Make the bank of all clips of CMU and HumanAct12.
 
     Parameters
     ----------
     avatar : Avatar
-        Its proportions decide how far limbs reach; all avatars share the rig.
+        The poses are made for its proportions; all avatars share the rig.
     data : path
         Folder that holds ``cmu_mocap.zip`` and ``humanact12.zip``; one of them suffices.
     step : int
-        Every how many frames one is taken.
+        Every `step`-th frame is taken.
     clips : int, optional
-        How many of each set, the first ones; default all.
+        Number of first clips of each set; default: all.
     progress : Progress, optional
-        Over clips.
+        Counts clips.
 
     Raises
     ------
     InputError
-        Neither data set is there.
+        Neither data set exists.
     """
     from a2v.animation.life import STILL
     from a2v.animation.retarget import RetargetSettings, retarget
@@ -181,13 +181,12 @@ def make_pose_bank(
 def open_bank(
     folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None
 ) -> PoseBank:
-    """The bank of a folder, ``bank.npz``; it is made there at the first time, which takes ten
-    minutes.
+    """Open the bank of a folder, ``bank.npz``; the first call makes it, in ten minutes.
 
     Parameters
     ----------
     folder : path
-        Of the views.
+        Folder of the views.
     data : path
         Folder with ``avatars/`` and the motion data.
     progress
@@ -207,11 +206,11 @@ def open_bank(
 
 
 def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntArray:
-    """Kinds (P,) int16 of poses (P, 22, 3), in each of their `groups` (P,): the nearest of `KINDS`
-    poses that are far from each other.
+    """Return the kinds (P,) int16 of poses (P, 22, 3) in each of their `groups` (P,).
 
-    These are chosen greedily, each as far as can be from those before it (Gonzalez 1985), by where
-    `_TOLD_BY` are from the hips.
+    A kind is the nearest of `KINDS` poses that are far from each other. These are chosen greedily,
+    each as far as possible from the earlier ones (Gonzalez 1985), by the positions of `_TOLD_BY`
+    relative to the hips.
     """
     kinds = np.zeros(len(rotations), np.int16)
     for group in np.unique(groups):
@@ -232,8 +231,8 @@ def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntAr
 
 
 def joint_places(avatar: Avatar, rotations: FloatArray) -> FloatArray:
-    """Where the heads of `_TOLD_BY` are in poses (P, 22, 3), meters from the middle of the hips;
-    (P, 33) float32."""
+    """Return the positions of the heads of `_TOLD_BY` in poses (P, 22, 3), meters from the middle
+    of the hips; (P, 33) float32."""
     numbers = [avatar.bone_names.index(name) for name in POSED_BONES]
     rest = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     turns = np.asarray(rotvec_to_rotmat(rotations.astype(np.float64)))
@@ -241,9 +240,7 @@ def joint_places(avatar: Avatar, rotations: FloatArray) -> FloatArray:
     heads: dict[int, FloatArray] = {}
     for slot, bone in enumerate(numbers):
         parent = int(avatar.bone_parents[bone])
-        while (
-            parent >= 0 and parent not in world
-        ):  # a bone that is not posed goes with the one above it
+        while parent >= 0 and parent not in world:  # a bone that is not posed moves with its parent
             parent = int(avatar.bone_parents[parent])
         if parent < 0:
             world[bone], heads[bone] = (

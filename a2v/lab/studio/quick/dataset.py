@@ -1,4 +1,5 @@
-"""Folders of quick views: shards written by several processes, their index, and resuming."""
+"""Folders of quick views: several processes write shards, with an index; an interrupted run can be
+resumed."""
 
 from __future__ import annotations
 
@@ -26,33 +27,33 @@ def write_quick_views(
     progress: Progress | None = None,
     preparing: Progress | None = None,
 ) -> float:
-    """Fill a folder with quick views; shards that are there already are kept.
+    """Fill a folder with quick views; existing shards are kept.
 
     Parameters
     ----------
     folder : path
-        ``<split>/00012.npz`` each, ``index.json``, ``bank.npz`` and ``guide.npz``.
+        Gets ``<split>/00012.npz`` for each shard, ``index.json``, ``bank.npz`` and ``guide.npz``.
     data : path
         Folder with ``avatars/``, the motion data and MakeHuman's archive.
     counts : mapping of split to int
-        Views in all of each split, rounded up to whole shards of 64.
+        Total number of views of each split, rounded up to whole shards of 64.
     settings : QuickSettings
     workers : int
-        Processes, each on one core.
+        Number of processes, each on one core.
     progress : Progress, optional
-        Over new shards.
+        Counts new shards.
     preparing : Progress, optional
-        Over the clips of the bank of poses, at the first time.
+        Counts the clips of the bank of poses, if it has to be made.
 
     Returns
     -------
     float
-        Views a second, 0 where there was nothing left to do.
+        Views per second, 0 if there was nothing left to do.
 
     Raises
     ------
     InputError
-        An unknown split, bad numbers, missing data, or a folder that other settings made.
+        An unknown split, invalid numbers, missing data, or a folder made with other settings.
     """
     settings, folder = settings or QuickSettings(), Path(folder)
     check_counts(counts, workers)
@@ -76,7 +77,7 @@ def write_quick_views(
 
 @lru_cache(maxsize=1)
 def _open_studio(folder: str, data: str, settings: QuickSettings) -> QuickStudio:
-    """The studio of a process, opened once."""
+    """Return the studio of a process, opened once."""
     return QuickStudio.open(folder, data, settings)
 
 

@@ -1,5 +1,5 @@
-"""Who is photographed: the quick studio, which makes a shard of views from (seed, split, number)
-alone."""
+"""The quick studio, which chooses the person of each view and makes shards that depend only on
+(seed, split, number)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
-from a2v.lab.studio.makehuman.people import Dresser
+from a2v.lab.studio.makehuman.dressing import Dresser
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.photo import places_of, quick_view, softened
 from a2v.lab.studio.quick.poses import draw_pose
@@ -30,25 +30,25 @@ from a2v.lab.studio.variation import SPLITS, split_of
 from a2v.types import FloatArray, Progress
 
 HELD_OUT: tuple[str, ...] = ("Asian_M_1", "Black_M_1", "White_F_1")
-"""Avatars of the studio's training split whom quick views show in the validation split alone. The
-studio's own validation and report identities are in neither: they are for the figures of what uses
-the network."""
+"""Avatars of the studio's training split that quick views show only in the validation split. The
+studio's own validation and report people are in neither: they are for the figures of methods
+that use the network."""
 TRIES = 20
 CROWD = 64
-"""Successive blocks with the same other people."""
+"""Number of successive blocks with the same other people."""
 
 
 def prepare_folder(
     folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None
 ) -> None:
-    """Make a folder's bank of poses and guides, unless they are there: a quarter of an hour, once.
+    """Make a folder's bank of poses and guides, unless they exist; it takes a quarter of an hour.
 
     Parameters
     ----------
     folder, data : path
         See `QuickStudio.open`.
     progress : Progress, optional
-        Over the clips of the bank.
+        Counts the clips of the bank.
 
     Raises
     ------
@@ -70,13 +70,13 @@ class QuickStudio:
     guides : mapping of key (`guide_key`) to Guide
     settings : QuickSettings
     dresser : Dresser, optional
-        Makes the people who are no avatars, if the settings want some.
+        Makes the people of MakeHuman, if the settings include some.
 
     Raises
     ------
     InputError
-        The settings want MakeHuman's people, and nobody dresses them, or name a folder of
-        backgrounds without any.
+        The settings include MakeHuman's people but there is no dresser, or their folder of
+        backgrounds has no picture.
     """
 
     def __init__(
@@ -105,12 +105,12 @@ class QuickStudio:
     def open(
         cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: QuickSettings
     ) -> QuickStudio:
-        """The quick studio of a folder, which is prepared before (`prepare_folder`).
+        """Open the quick studio of a folder, which `prepare_folder` prepares first.
 
         Parameters
         ----------
         folder : path
-            Of the views.
+            Folder of the views.
         data : path
             Folder with ``avatars/``, the motion data and, unless people is "avatars", MakeHuman's
             archive.
@@ -126,20 +126,21 @@ class QuickStudio:
         return cls(list_avatars(Path(data) / "avatars"), bank, guides, settings, dresser)
 
     def shard(self, split: str, number: int) -> QuickShard:
-        """Shard `number` of a split, 64 views of four people; the same settings, split and number
-        give the same one.
+        """Make shard `number` of a split, 64 views of four people.
+
+        The same settings, split and number give the same shard.
 
         Raises
         ------
         InputError
-            Nobody belongs to the split, or an avatar's file or guide is missing or broken.
+            The split has no people, or an avatar's file or guide is missing or broken.
         """
         blocks = range(SHARD // BLOCK * number, SHARD // BLOCK * (number + 1))
         return QuickShard.of([view for block in blocks for view in self.block(split, block)])
 
     def block(self, split: str, number: int, *, outfits: int = BLOCK // OUTFIT) -> list[QuickView]:
-        """The 16 views of one person, in an outfit for every four. Of "both" every other block is
-        an avatar's."""
+        """Make the 16 views of one person, in a new outfit every four. For "both" every other block
+        shows an avatar."""
         settings = self.settings
         generator = np.random.default_rng(
             [settings.seed, SPLITS.index(split), number, Stream.QUICK_BLOCK]
@@ -157,8 +158,8 @@ class QuickStudio:
         return views
 
     def _passers_by(self, split: str, number: int) -> list[CutOut]:
-        """The other people of so many blocks: four of the split, each in four views with nothing
-        around; the last ones are kept."""
+        """Return the other people of a group of blocks: four of the split, each in four views
+        without objects. The last ones are cached."""
         if self._crowd is None or self._crowd[0] != (split, number):
             plain = dataclasses.replace(
                 self.settings,
@@ -189,7 +190,7 @@ class QuickStudio:
         others: Sequence[CutOut],
         generator: np.random.Generator,
     ) -> QuickView:
-        """A view that shows enough of the person."""
+        """Draw a view that shows enough of the person."""
         settings = self.settings
         for _ in range(TRIES):
             pose = draw_pose(self.bank, split, settings, generator)
@@ -208,14 +209,14 @@ class QuickStudio:
             if made is not None:
                 return made
         raise InputError(
-            f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if "
-            "it is broken"
+            f"{outfit.avatar.name} is hardly visible in {TRIES} pictures; remove the avatar's "
+            "file if it is broken"
         )
 
     def _person(
         self, split: str, number: int, generator: np.random.Generator
     ) -> tuple[PreparedAvatar, Guide]:
-        """Who is in a block, and the guide."""
+        """Return the person of a block, and the guide."""
         if self.dresser is not None and (self.settings.people == "makehuman" or number % 2):
             made = self.dresser.dressed(split, number)
             return made.prepared, made.guide
@@ -230,11 +231,12 @@ class QuickStudio:
         if key not in self.guides:
             raise InputError(
                 f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the "
-                "views' folder to make them anew"
+                "views' folder to make them again"
             )
         return prepare_avatar(str(path)), self.guides[key]
 
 
 def quick_split_of(avatar: str) -> str:
-    """The quick views' split, one of `SPLITS`, of an avatar of the studio's training split."""
+    """Return the quick views' split, one of `SPLITS`, of an avatar of the studio's training
+    split."""
     return "validation" if avatar.rpartition("_")[0] in HELD_OUT else "training"

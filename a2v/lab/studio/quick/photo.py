@@ -1,5 +1,5 @@
-"""One quick view: a person in some pose, photographed at 256 pixels, and what the maps' pixels
-see."""
+"""One quick view: a posed person, photographed at 256 pixels, and the ground truth of the maps'
+pixels."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surfa
 
 FILM = Film(size=PHOTO, shadows=128, rays=4, lamp_rays=2, blur=0.8, lamp_blur=0.8)
 LEAST_SEEN = 0.03
-"""Of the shadows' pixels that must see the person: less is no picture of anybody."""
+"""Smallest fraction of the pixels of the map of shadows that must show the person."""
 
 
 def softened(texture: ByteArray) -> ByteArray:
-    """A texture (H, W, 3) as coarse as quick photos show it: one ray a pixel then skips nothing."""
+    """Blur a texture (H, W, 3) to the resolution of quick photos, so that one ray per pixel misses
+    no detail."""
     return np.asarray(cv2.GaussianBlur(texture, (0, 0), texture.shape[0] / 1024))
 
 
 def places_of(prepared: PreparedAvatar, guide: Guide, places: CanonicalPlaces) -> FloatArray:
-    """Places (V, 3) of an avatar's vertices on the body: of the nearest vertex of its guide, both
-    at rest."""
+    """Return the places (V, 3) of an avatar's vertices on the body: those of the nearest vertex of
+    its guide, both at rest."""
     from scipy.spatial import cKDTree
 
     avatar = prepared.avatar
@@ -52,19 +53,19 @@ def quick_view(
     generator: np.random.Generator,
     clutter: Clutter = NOTHING,
 ) -> QuickView | None:
-    """Turn, frame, light and photograph a posed person; None where the picture shows too little of
-    it.
+    """Turn, frame, light and photograph a posed person; None if the picture shows too little of the
+    person.
 
     Parameters
     ----------
     outfit : Outfit
         Its texture `softened`.
     guide : Guide
-        The person's, for the landmarks.
+        The person's guide, for the landmarks.
     places : (V, 3) float
-        Of the person's vertices (`places_of`).
+        Places of the person's vertices (`places_of`).
     clutter : Clutter
-        What is around the person; the pose holds what it has in the hands.
+        Objects around the person. The pose must hold those in the hands.
     """
     yaw = float(
         generator.normal(0, settings.yaw)
@@ -117,14 +118,14 @@ def quick_view(
 
 
 def _see(rays: RayScene, scene: Sitting, size: int, side: int = 1) -> SideView:
-    """A scene on `size` pixels a side, from the front (1) or through from the back (-1)."""
+    """Render a scene on `size` pixels a side, from the front (1) or, through it, the back (-1)."""
     return side_view(rays, scene.normals, scene.camera, PHOTO, size, side)
 
 
 def _draw_square(
     seen: FloatArray, settings: QuickSettings, generator: np.random.Generator
 ) -> Square:
-    """The square that is photographed of a person's vertices (V, 3) in the frame."""
+    """Draw the photographed square around a person's vertices (V, 3) in the frame."""
     square = Square.around(seen, float(generator.uniform(settings.fill[0], settings.fill[1])))
     square = replace(
         square, middle=square.middle + square.extent * settings.shift * generator.standard_normal(2)
@@ -133,7 +134,8 @@ def _draw_square(
 
 
 def _sit(placed: Stand, origin: FloatArray, side: float) -> Sitting:
-    """The person around `origin` (3,) before the camera of a square of `side` meters."""
+    """Return the person around `origin` (3,) in front of the camera of a square of `side`
+    meters."""
     outfit = placed.outfit
     avatar, vertices = outfit.avatar, (placed.seen - origin).astype(np.float32)
     surface = Surface(
@@ -151,7 +153,7 @@ def _sit(placed: Stand, origin: FloatArray, side: float) -> Sitting:
 
 
 def _places_seen(hits: Hits, faces: IntArray, places: FloatArray) -> IntArray:
-    """Places (64, 64, 3) int8 of the nearest corner of what each pixel of the maps sees."""
+    """Return the places (64, 64, 3) int8 of the nearest corner of each hit of the maps' pixels."""
     face, uv = hits.face[hits.hit], hits.barycentric[hits.hit]
     nearest = np.concatenate([1 - uv.sum(axis=1, keepdims=True), uv], axis=1).argmax(axis=1)
     seen = np.zeros((MAP * MAP, 3), np.int8)

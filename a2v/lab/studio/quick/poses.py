@@ -1,7 +1,7 @@
 """Poses of quick views: recorded ones of every kind, mixed, bent, and with limbs anywhere within
-their joints' limits.
+the limits of their joints.
 
-Never `a2v.lab.studio.stances`: these are the poses that the fit is measured on.
+Those of `a2v.lab.studio.stances` are never used: the fit is measured on them.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _ARM = ("Shoulder", "Arm", "ForeArm", "Hand")
 _LEG = ("UpLeg", "Leg", "Foot", "ToeBase")
 """Bones of a leg."""
 _MOST_BENT = np.radians(145.0)
-"""Of an elbow."""
+"""Largest bend of an elbow."""
 
 
 def draw_pose(
     bank: PoseBank, split: str, settings: QuickSettings, generator: np.random.Generator
 ) -> Pose:
-    """A pose without heading, hands between open and fists."""
+    """Draw a pose without heading, with hands between open and fists."""
     kind = generator.random()
     if kind < settings.natural:
         return joint_noise(natural_pose(generator), generator)
@@ -59,7 +59,8 @@ def draw_pose(
 
 
 def _free_limbs(generator: np.random.Generator) -> Pose:
-    """Each leg with probability .6 and each arm with .5, anywhere that joints allow."""
+    """Draw each leg with probability 0.6 and each arm with 0.5, anywhere within the limits of the
+    joints."""
     pose: Pose = {}
     for side, sign in SIDES:
         if generator.random() < 0.6:
@@ -79,8 +80,10 @@ def _free_limbs(generator: np.random.Generator) -> Pose:
 
 
 def _arm_directions(generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Directions (3,) of upper arm and forearm of a left arm: not far across the chest or behind
-    the back, elbows that bend forwards."""
+    """Draw directions (3,) of upper arm and forearm of a left arm.
+
+    The arm is not far across the chest or behind the back, and the elbow bends forward.
+    """
     while True:
         upper = generator.normal(size=3)
         upper /= np.linalg.norm(upper)
@@ -95,8 +98,8 @@ def _arm_directions(generator: np.random.Generator) -> tuple[FloatArray, FloatAr
 
 
 def _bend(pose: Pose, generator: np.random.Generator) -> None:
-    """Bend the trunk forwards by up to 63 degrees, in place; the legs go back so that the feet stay
-    about below."""
+    """Bend the trunk forward by up to 63 degrees, in place. The legs turn back, so that the feet
+    stay about below it."""
     bend = 1.1 * generator.random()
     pose["Hips"] = pose["Hips"] + np.array([bend, 0.0, 0.0])
     for side, _ in SIDES:

@@ -1,4 +1,4 @@
-"""What quick views show."""
+"""Settings of quick views."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from a2v.errors import InputError
 from a2v.lab.studio.settings import PEOPLE
 
 VERSION = 2
-"""Of what a seed gives: raise it when quick views change, so that a folder never mixes two
-kinds."""
+"""Version of the views that a seed gives. Raise it when quick views change, so that a folder never
+mixes two kinds."""
 
 SHARD = 64
 """Views per file."""
@@ -21,14 +21,14 @@ OUTFIT = 4
 
 @dataclass(frozen=True, kw_only=True)
 class QuickSettings:
-    """What quick views show.
+    """Settings of quick views.
 
     A share is a fraction of all views. Changes of the pose are drawn one after the other.
 
     Attributes
     ----------
     seed : int
-        Of the data set.
+        Seed of the data set.
     people : str
         "avatars", "makehuman", or "both" in turns.
     natural : float
@@ -57,11 +57,12 @@ class QuickSettings:
     fill : tuple of 2 float
         Smallest and largest longer side of the person's box, as a fraction of the picture.
     shift : float
-        Standard deviation of the box's middle from the picture's, in the box's longer side.
+        Standard deviation of the shift of the person's box from the middle of the picture, relative
+        to the box's longer side.
     cut : float
-        Share of people whom the picture's border cuts.
+        Share of people who are cut off by the picture's border.
     things : float
-        Share of people who hold something in their hands.
+        Share of people who hold an object in their hands.
     furniture : float
         Share of people with furniture that usually occludes a part of them.
     others : float

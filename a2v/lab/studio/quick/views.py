@@ -1,5 +1,5 @@
-"""Quick views and their files: a small photo, the mask, and what each pixel of the maps sees of the
-body."""
+"""Quick views and their files: a small photo, the mask, and the place on the body of each pixel of
+the maps."""
 
 from __future__ import annotations
 
@@ -17,40 +17,38 @@ from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 PHOTO = 256
-"""Pixels a side of a quick photo."""
+"""Side of a quick photo, pixels."""
 MAP = 64
-"""Pixels a side of its maps."""
+"""Side of its maps, pixels."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class QuickView:
-    """A picture of a person who stands within a square, and the truth. Lengths are in sides of the
-    square: u right and v down from its upper left corner, depth towards the camera.
+    """A picture of a person within a square, and its ground truth.
 
-    Pixel (i, j) of a map is seen at u = (j + 0.5) / 64, v = (i + 0.5) / 64.
+    Lengths are in sides of the square: u right and v down from its upper left corner, depth toward
+    the camera. Pixel (i, j) of a map is seen at u = (j + 0.5) / 64, v = (i + 0.5) / 64.
 
     Attributes
     ----------
     photo : (n,) uint8
         The file, JPEG of 256 x 256 pixels.
     mask : (256, 256) bool
-        Where the person is seen.
+        Pixels that show the person.
     things : (256, 256) bool
-        Where something else is seen that is no background: what the person holds, what is before or
-        beside them.
+        Pixels that show an object: one that the person holds, or one in front of or beside the
+        person.
     places : (64, 64, 3) int8
-        The place on the body (`a2v.body.places`) of what a pixel sees of the person, 127 is 1; 0
-        outside. As if there were no things.
+        The place on the body (`a2v.body.places`) at each pixel, 127 is 1; 0 outside. Objects are
+        ignored.
     front, back : (64, 64) float16
-        Depth of the person's front, and through it of the back; NaN outside. As if there were no
-        things.
+        Depth of the person's front, and of the back behind it; NaN outside. Objects are ignored.
     landmarks : (33, 3) float32
-        BlazePose's landmarks: u, v, depth; hidden ones too.
+        BlazePose's landmarks: u, v, depth; also occluded ones.
     scale : float
         Sides of the square per meter.
     yaw : float
-        How far the person is turned about the vertical, degrees; positive towards the person's
-        left.
+        Turn of the person about the vertical, degrees; positive toward the person's left.
     """
 
     photo: ByteArray
@@ -65,7 +63,7 @@ class QuickView:
 
     @property
     def hidden(self) -> BoolArray:
-        """Pixels (64, 64) of the maps at which a thing hides the person, mostly."""
+        """Pixels (64, 64) of the maps at which an object covers more than the person."""
         return hidden_by(self.things, self.mask, self.front)
 
     @cached_property
@@ -96,9 +94,9 @@ class QuickShard(Record):
     photos : (B,) uint8
         The JPEG files, one after the other.
     ends : (N,) int64
-        Where each ends.
+        End of each file.
     masks, things : (N, 8192) uint8
-        Eight pixels a byte, rows first (`np.packbits`). Files of version 1 have no things.
+        Eight pixels per byte, row by row (`np.packbits`). Files of version 1 have no `things`.
     places : (N, 64, 64, 3) int8, front : (N, 64, 64) float16, back : (N, 64, 64) float16
     landmarks : (N, 33, 3) float32, scales : (N,) float32, yaws : (N,) float32
         See `QuickView`.
@@ -141,7 +139,7 @@ class QuickShard(Record):
 
     @classmethod
     def of(cls, views: Sequence[QuickView]) -> QuickShard:
-        """The views, put together."""
+        """Pack views into a shard."""
         return cls(
             photos=np.concatenate([view.photo for view in views]),
             ends=np.cumsum([len(view.photo) for view in views]),
@@ -156,11 +154,11 @@ class QuickShard(Record):
         )
 
     def __len__(self) -> int:
-        """How many views."""
+        """Number of views."""
         return len(self.ends)
 
     def view(self, index: int) -> QuickView:
-        """View `index`, a fresh one each time."""
+        """Return view `index`, a new object each time."""
         start = int(self.ends[index - 1]) if index else 0
         return QuickView(
             photo=self.photos[start : int(self.ends[index])],
@@ -176,12 +174,12 @@ class QuickShard(Record):
 
 
 def shard_path(folder: str | os.PathLike[str], split: str, number: int) -> Path:
-    """Where a folder of quick views keeps a shard."""
+    """Return the path of a shard in a folder of quick views."""
     return Path(folder) / split / f"{number:05d}.npz"
 
 
 def list_shards(folder: str | os.PathLike[str], split: str) -> list[Path]:
-    """The finished shards of a split, sorted.
+    """List the finished shards of a split, sorted.
 
     Raises
     ------

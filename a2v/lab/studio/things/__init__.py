@@ -1,7 +1,7 @@
-"""Things before, beside and in the hands of the studio's people: plain solids out of numpy, painted
-at random, and free photographs behind.
+"""Objects in front of, beside and in the hands of the studio's people, and photographs behind them.
 
-`solids` are meshes of boxes and of profiles that turn about an axis, `paint` their patterns; `held`
-is what hands grip, `furniture` what stands about, and `backgrounds` photographs of places.
-`clutter` draws what is around one person, `framing` how much of the person is then seen.
+Objects are plain solids made with numpy and painted randomly. `solids` has meshes of boxes and
+surfaces of revolution, `paint` their patterns. `held` has objects in hands, `furniture` has
+furniture, and `backgrounds` has free photographs of places. `clutter` draws the surroundings of one
+person, and `framing` measures how much of the person is visible.
 """

@@ -1,4 +1,4 @@
-"""Photographs behind people: the free ones that scikit-image's wheel carries, and any folder's."""
+"""Photographs behind people: the free ones in scikit-image's wheel, and those of any folder."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ WHEEL = (
     "hubble_deep_field.jpg",
     "rocket.jpg",
 )
-"""In ``skimage/data`` of the wheel itself, CC0 or public domain by the docstrings of
-`skimage.data`; none shows people."""
+"""Files in ``skimage/data`` of the wheel, CC0 or public domain by the docstrings of `skimage.data`.
+None shows people."""
 _ENDINGS = (".jpg", ".jpeg", ".png", ".webp")
 _LONGEST = 1024
-"""Pixels of the longer side that are kept."""
+"""Largest kept length of the longer side, pixels."""
 _GREY = 8.0
-"""Photos whose channels differ by less than this (mean, of 255) are gray: they take a tint."""
+"""Photos whose channels differ by less than this (mean, of 255) are gray and get a tint."""
 
 
 class Backgrounds:
-    """Photographs to stand before, read once each.
+    """Photographs for backgrounds, each read once.
 
     Parameters
     ----------
     folder : path, optional
-        JPEG, PNG and WebP files, also in folders below; with none the wheel's alone.
+        Folder of JPEG, PNG and WebP files, including subfolders. Default: only those of the wheel.
 
     Raises
     ------
@@ -65,8 +65,9 @@ class Backgrounds:
         self._read = lru_cache(maxsize=64)(_read)
 
     def draw(self, size: int, generator: np.random.Generator) -> FloatArray:
-        """A part of one of the photographs, linear light (size, size, 3) float32: mirrored, lighter
-        or darker, tinted and blurred as it comes.
+        """Draw a part of one of the photographs, linear light (size, size, 3) float32.
+
+        It is randomly mirrored, brightened or darkened, tinted and blurred.
 
         Raises
         ------
@@ -99,7 +100,7 @@ class Backgrounds:
 
 
 def _of_wheel() -> list[Path]:
-    """The wheel's photographs that are there."""
+    """List the existing photographs of the wheel."""
     folder = Path(str(files("skimage") / "data"))
     return [folder / name for name in WHEEL if (folder / name).is_file()]
 
@@ -109,7 +110,7 @@ def _read(path: str) -> ByteArray:
         reading(path, "picture", "a JPEG, PNG or WebP"),
         Image.open(path, formats=("JPEG", "PNG", "WEBP")) as file,
     ):
-        file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded small
+        file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded at a smaller size
         image = file.convert("RGB")
     image.thumbnail((_LONGEST, _LONGEST))
     return np.ascontiguousarray(image)

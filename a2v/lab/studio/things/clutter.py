@@ -1,5 +1,5 @@
-"""What else views show: things in the person's hands, furniture, other people, and photographs
-behind."""
+"""Surroundings of a person in a view: objects in the hands, furniture, other people, and
+photographs behind."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from a2v.lab.studio.things.solids import Thing, joined, with_thing
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 PATTERNS = 4
-"""Of one view's things."""
+"""Number of patterns of one view's objects."""
 _NEAREST = 0.3
-"""Of the camera's distance: what is nearer to it than this is left out."""
+"""Objects nearer to the camera than this fraction of its distance are left out."""
 _MOST_HIDDEN = 0.5
-"""Of the person, by another person."""
+"""Largest fraction of the person that another person may occlude."""
 
 
 @dataclass(frozen=True, eq=False)
 class CutOut:
-    """Somebody cut out of a picture: linear light (h, w, 3) float32, and how much of a pixel is
-    theirs (h, w) float32."""
+    """A person cut out of a picture: linear light (h, w, 3) float32, and its alpha (h, w)
+    float32."""
 
     color: FloatArray
     alpha: FloatArray
 
     @classmethod
     def of(cls, image: ByteArray, mask: BoolArray) -> CutOut:
-        """The person of a picture, sRGB (H, W, 3), without the rim."""
+        """Cut out the person of a picture, sRGB (H, W, 3), without the rim."""
         rows, columns = np.nonzero(mask)
         box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
         thin = cv2.erode(
@@ -54,18 +54,18 @@ class CutOut:
 
 @dataclass(frozen=True, eq=False)
 class Clutter:
-    """What is around one person.
+    """The surroundings of one person.
 
     Attributes
     ----------
     held : Held, optional
-        In the hands; its pose must be the person's.
+        Object in the hands. Its pose must be the person's.
     furniture : bool
-        Whether there is some.
+        Whether there is furniture.
     others : sequence of CutOut
-        Other people, mostly none.
+        Other people; mostly empty.
     photographs : Backgrounds, optional
-        To stand before, instead of a drawn background.
+        Photographs that replace the drawn background.
     """
 
     held: Held | None = None
@@ -85,8 +85,10 @@ class Clutter:
         photographs: float = 0.0,
         backgrounds: Backgrounds | None = None,
     ) -> Clutter:
-        """Anything of it, by these shares; shares of 0 draw no number. Others are of `people`,
-        photographs of `backgrounds`."""
+        """Draw surroundings by these shares. A share of 0 draws no random number.
+
+        Others are chosen from `people`, photographs from `backgrounds`.
+        """
 
         def happens(share: float) -> bool:
             return share > 0 and bool(generator.random() < share)
@@ -105,14 +107,14 @@ class Clutter:
 
     @property
     def grip(self) -> Pose:
-        """Fingers, and arms, that hold what is in the hands: they replace the pose's."""
+        """Rotations of fingers and arms that hold the object; they replace the pose's."""
         return self.held.pose if self.held is not None else {}
 
     def solids(
         self, placed: Stand, generator: np.random.Generator
     ) -> tuple[Thing, list[ByteArray]] | None:
-        """Things in the photo's frame, with their patterns; None for none, or where they would
-        reach the camera."""
+        """Return the objects in the photo's frame, with their patterns; None if there are none or
+        they would reach the camera."""
         if self.held is None and not self.furniture:
             return None
         parts: list[Thing] = []
@@ -137,8 +139,8 @@ class Clutter:
     def around(
         self, size: int, feet: float, person: BoolArray, generator: np.random.Generator
     ) -> tuple[FloatArray | None, FloatArray | None]:
-        """The background (H, H, 3) and what is before everything (H, H, 4), linear light; None
-        where there is nothing special.
+        """Draw the background (H, H, 3) and the foreground (H, H, 4), linear light; None for the
+        default.
 
         Parameters
         ----------
@@ -147,7 +149,7 @@ class Clutter:
         feet : float
             Row of the person's feet, pixels.
         person : (S, S) bool
-            Where the person is in the picture.
+            Pixels of the person.
         """
         if self.photographs is None and not self.others:
             return None, None
@@ -197,7 +199,7 @@ NOTHING = Clutter()
 
 
 def among(alone: Sitting, thing: Thing, patterns: Sequence[ByteArray]) -> Sitting:
-    """A person among things in the same frame."""
+    """Return a person among objects in the same frame."""
     surface, normals = with_thing(alone.surface, alone.normals, thing, patterns)
     return Sitting(
         surface=surface,
@@ -215,15 +217,15 @@ def _laid(
     foot: float,
     generator: np.random.Generator,
 ) -> FloatArray:
-    """Somebody on an empty picture (H, H, 4), so many pixels tall, in the column `middle`, with the
-    feet in the row `foot`."""
+    """Place a person on an empty picture (H, H, 4): `height` pixels tall, in the column `middle`,
+    with the feet in the row `foot`."""
     scale = height / other.alpha.shape[0]
     shift = np.array([middle - scale * other.alpha.shape[1] / 2, foot - height])
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
     source = np.dstack([other.color * float(np.exp(generator.normal(0, 0.25))), other.alpha])
     if generator.random() < 0.5:
         source = source[:, ::-1]
-    if scale < 0.7:  # shrunk without stairs
+    if scale < 0.7:  # reduce without aliasing
         source = cv2.GaussianBlur(source, (0, 0), 0.4 / scale)
     return np.asarray(
         cv2.warpAffine(
@@ -233,7 +235,8 @@ def _laid(
 
 
 def _over(layer: FloatArray, picture: FloatArray) -> FloatArray:
-    """A layer (H, W, 4) over a picture (H, W, 4); neither is multiplied by its alpha."""
+    """Composite a layer (H, W, 4) over a picture (H, W, 4); neither is premultiplied by its
+    alpha."""
     own, below = layer[..., 3:], picture[..., 3:]
     alpha = own + below * (1 - own)
     color = (layer[..., :3] * own + picture[..., :3] * below * (1 - own)) / np.maximum(alpha, 1e-6)

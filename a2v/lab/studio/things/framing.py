@@ -1,5 +1,5 @@
-"""How much of a person a picture shows: around what it is framed, where its border cuts, and what
-things leave."""
+"""Framing of a person: the photographed square, cuts by its border, and the visible fraction behind
+objects."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from a2v.lab.studio.things.solids import Thing
 from a2v.types import FloatArray, IntArray
 
 LEAST_LEFT = 0.4
-"""Of the person's pixels, the share that things and the border must leave."""
+"""Smallest fraction of the person's pixels that objects and the border must leave visible."""
 _GRID = 96
-"""Rays a side that `share_left` casts at the person's box."""
+"""Number of rays a side that `share_left` casts at the person's box."""
 _DOWN = np.array([0, 0, -1], np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class Square:
-    """A square of the frame (`a2v.lab.studio.solid.PhotoFrame`) that is photographed.
+    """The photographed square of the frame (`a2v.lab.studio.solid.PhotoFrame`).
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Square:
     extent : float
         Longer side of the box that it is drawn around, meters.
     fill : float
-        That side as a share of the square's.
+        That side as a fraction of the square's.
     """
 
     middle: FloatArray
@@ -38,17 +38,18 @@ class Square:
 
     @property
     def side(self) -> float:
-        """Meters."""
+        """Side of the square, meters."""
         return self.extent / self.fill
 
     @classmethod
     def around(cls, seen: FloatArray, fill: float) -> Square:
-        """Around vertices (V, 3)."""
+        """Return the square around vertices (V, 3)."""
         least, most = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
         return cls((least + most) / 2, float((most - least).max()), fill)
 
     def cut(self, generator: np.random.Generator) -> Square:
-        """One that is too small for who is in it, and beside them: its border cuts them."""
+        """Draw a square that is too small for the person, or shifted, so that its border cuts the
+        person."""
         fill = self.fill * float(generator.uniform(1.1, 1.5))
         return Square(
             self.middle + self.extent * generator.uniform(-0.2, 0.2, 2), self.extent, fill
@@ -56,10 +57,10 @@ class Square:
 
 
 def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> FloatArray:
-    """What of a person's vertices (V, 3) in the frame the picture is drawn around: all, or every
-    other time those that a thing does not hide.
+    """Return the vertices, of (V, 3) in the frame, around which the picture is framed: half of the
+    time only those that no object occludes.
 
-    Who asks a network knows the mask alone (`a2v.perception.bodymap`,
+    At run time only the mask is known (`a2v.perception.bodymap`,
     `a2v.reconstruction.implicit.inputs.frame_box`).
     """
     if generator.random() < 0.5:
@@ -74,8 +75,10 @@ def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> 
 
 
 def share_left(seen: FloatArray, faces: IntArray, thing: Thing | None, square: Square) -> float:
-    """How much of what a camera would see of a person, vertices (V, 3) in the frame and faces (F,
-    3), neither a thing nor the border takes."""
+    """Return the fraction of a person's pixels that neither an object nor the border takes.
+
+    The person has vertices (V, 3) in the frame and faces (F, 3).
+    """
     low, high = seen.min(axis=0), seen.max(axis=0)
     steps = (np.arange(_GRID) + 0.5) / _GRID
     at = low[:2] + (high - low)[:2] * np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)

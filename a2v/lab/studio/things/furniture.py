@@ -1,5 +1,5 @@
-"""Furniture before, beside and below a person who stands on y = 0 before a camera on +z: what hides
-limbs in photographs."""
+"""Furniture in front of, beside and below a person who stands on y = 0 in front of a camera on +z;
+it occludes limbs as in photographs."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from a2v.lab.studio.things.solids import Thing, box, joined, rod
 from a2v.types import FloatArray
 
 _SEATED = (0.17, 0.42)
-"""Height of the hips of who sits on something, in the person's height."""
+"""Height of the hips of a person who sits on furniture, as a fraction of the person's height."""
 _HEAD_OVER_ANKLE = 0.845
-"""From the ankles to where the head begins, in the person's height."""
+"""Distance from the ankles to the lower end of the head, as a fraction of the person's height."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """Where a person is, meters.
+    """Position and size of a person, meters.
 
     Attributes
     ----------
     hips : (3,) float
     heading : float
-        About the vertical, radians; 0 faces the camera.
+        Turn about the vertical, radians; 0 faces the camera.
     height : float
-        How tall the person is when standing.
+        Height of the person when standing.
     front, back : float
-        z of what is nearest to the camera, and farthest.
+        z of the nearest and of the farthest point to the camera.
     left, right : float
         Least and greatest x.
     """
@@ -45,8 +45,8 @@ class Body:
 
     @classmethod
     def of(cls, avatar: Avatar, transforms: FloatArray, person: FloatArray) -> Body:
-        """Of an avatar, its world-from-bone transforms (B, 4, 4) and vertices (V, 3), on the
-        ground."""
+        """Measure an avatar on the ground, with world-from-bone transforms (B, 4, 4) and vertices
+        (V, 3)."""
         hips = avatar.bone_names.index("Hips")
         facing = (
             transforms[hips, :3, :3]
@@ -70,8 +70,8 @@ class Body:
 
 
 def draw_furniture(body: Body, generator: np.random.Generator) -> Thing:
-    """A seat below who has the hips where sitting people have them; else, or besides, something
-    before the person, or behind."""
+    """Draw a seat below a person whose hips are at sitting height; otherwise, or in addition, an
+    object in front of or behind the person."""
     seated = _SEATED[0] < body.hips[1] / body.height < _SEATED[1]
     if seated and generator.random() < 0.75:
         seat = _seat(body, generator)
@@ -87,19 +87,18 @@ def draw_furniture(body: Body, generator: np.random.Generator) -> Thing:
 
 
 def _yaw(angle: float) -> FloatArray:
-    """Rotation (3, 3) about the vertical."""
+    """Return the rotation (3, 3) about the vertical."""
     return np.asarray(rotvec_to_rotmat(np.array([0.0, angle, 0.0])))
 
 
 def _about(thing: Thing, body: Body, z: float, generator: np.random.Generator) -> Thing:
-    """A thing that stands on the ground, turned anyhow, about where the person is in the
-    picture."""
+    """Place an object on the ground, randomly turned, near the person in the picture."""
     aside = generator.normal(0, 0.2) * body.height
     return thing.moved([body.hips[0] + aside, 0, z], _yaw(generator.uniform(-np.pi, np.pi)))
 
 
 def _legs(width: float, depth: float, top: float, radius: float, pattern: int) -> list[Thing]:
-    """Four legs at the corners of what lies on them."""
+    """Return four legs at the corners of a plate."""
     return [
         rod(radius, 0, top, pattern, sides=6).moved(
             [across * (width / 2 - radius), 0, away * (depth / 2 - radius)]
@@ -110,8 +109,8 @@ def _legs(width: float, depth: float, top: float, radius: float, pattern: int) -
 
 
 def _chair(top: float, generator: np.random.Generator) -> Thing:
-    """A seat at height `top` around the y axis whose back is on -z: a chair, a stool, a bench or a
-    block."""
+    """Return a seat at height `top` around the y axis with its back at -z: a chair, a stool, a
+    bench or a block."""
     width, depth, thick = (
         generator.uniform(0.34, 0.5),
         generator.uniform(0.34, 0.48),
@@ -150,7 +149,7 @@ def _chair(top: float, generator: np.random.Generator) -> Thing:
 
 
 def _seat(body: Body, generator: np.random.Generator) -> Thing:
-    """What the person sits on."""
+    """Return a seat for the person."""
     top = max(0.08, float(body.hips[1]) - generator.uniform(0.06, 0.085) * body.height)
     behind = np.array([np.sin(body.heading), 0.0, np.cos(body.heading)]) * generator.uniform(
         -0.02, 0.08
@@ -160,7 +159,7 @@ def _seat(body: Body, generator: np.random.Generator) -> Thing:
 
 
 def _before(body: Body, generator: np.random.Generator) -> Thing:
-    """Something between the person and the camera."""
+    """Return an object between the person and the camera."""
     kind = generator.choice(
         ["table", "counter", "railing", "chair", "block", "pillar"],
         p=[0.22, 0.12, 0.2, 0.2, 0.14, 0.12],
@@ -203,7 +202,7 @@ def _before(body: Body, generator: np.random.Generator) -> Thing:
         parts.append(
             box(0.96 * width, top - thick, 0.9 * depth, 1).moved([0, (top - thick) / 2, 0])
         )
-    for _ in range(int(generator.integers(0, 4))):  # what lies on it
+    for _ in range(int(generator.integers(0, 4))):  # objects on it
         across, up, deep = generator.uniform(0.05, 0.3, 3)
         spot = [
             generator.uniform(-0.4, 0.4) * width,
@@ -219,7 +218,7 @@ def _before(body: Body, generator: np.random.Generator) -> Thing:
 
 
 def _railing(top: float, generator: np.random.Generator) -> Thing:
-    """Bars between posts along x."""
+    """Return bars between posts along x."""
     wide, radius, lying = (
         4.0,
         generator.uniform(0.01, 0.03),

@@ -1,5 +1,5 @@
-"""Things in hands: what they are, how arms and fingers hold them, and where they are once the
-person is posed."""
+"""Objects in hands: their shapes, the arms and fingers that hold them, and their positions on a
+posed person."""
 
 from __future__ import annotations
 
@@ -16,22 +16,23 @@ from a2v.types import FloatArray
 
 _SIGNS = dict(SIDES)
 _TURNED = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Brings what stands along y along -z."""
+"""Rotation from the y axis to -z."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """A thing for one hand or both.
+    """An object for one hand or both.
 
     Attributes
     ----------
     kind : str
-        Of `KINDS`.
+        One of `KINDS`.
     things : mapping of side ("Left", "Right", "Both") to Thing
-        In the frame of that grip (`grip_frame`), meters; for both hands they span a length of 1
-        along x (`between`).
+        Shapes in the frame of that grip (`grip_frame`), meters. For both hands they span a length
+        of 1 along x (`_between`).
     pose : Pose
-        Fingers that grip, and arms if it takes special ones: they replace the pose's.
+        Rotations of the gripping fingers, and of the arms if the object needs it. They replace the
+        pose's.
     hangs : bool
         Whether it hangs straight down from the hand.
     """
@@ -42,7 +43,7 @@ class Held:
     hangs: bool = False
 
     def placed(self, avatar: Avatar, transforms: FloatArray) -> Thing:
-        """Where it is in the hands of an avatar whose world-from-bone transforms are (B, 4, 4)."""
+        """Return the object in the hands of an avatar with world-from-bone transforms (B, 4, 4)."""
         return joined(
             [self._placed(side, thing, avatar, transforms) for side, thing in self.things.items()]
         )
@@ -61,8 +62,8 @@ class Held:
 
 
 def grip_frame(avatar: Avatar, transforms: FloatArray, side: str) -> tuple[FloatArray, FloatArray]:
-    """The grip of a hand: axes (3, 3) as columns, y towards the thumb and z out of the palm, and
-    its middle (3,), on the palm.
+    """Return the grip of a hand: axes (3, 3) as columns, y toward the thumb and z out of the palm,
+    and its middle (3,) on the palm.
 
     Parameters
     ----------
@@ -82,8 +83,10 @@ def grip_frame(avatar: Avatar, transforms: FloatArray, side: str) -> tuple[Float
 
 
 def _between(avatar: Avatar, transforms: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Axes, x from the right hand's palm to the left one's and y as upright as can be; middle (3,),
-    and their distance, meters."""
+    """Return the frame between both hands: axes, middle (3,), and distance, meters.
+
+    x points from the right palm to the left one, and y is as upright as possible.
+    """
     left, right = (grip_frame(avatar, transforms, side)[1] for side, _ in SIDES)
     width = max(float(np.linalg.norm(left - right)), 1e-3)
     x = (left - right) / width
@@ -93,7 +96,7 @@ def _between(avatar: Avatar, transforms: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _upright(frame: FloatArray) -> FloatArray:
-    """The frame turned so that its y is the world's; x stays level."""
+    """Return the frame turned so that its y is the world's; x stays level."""
     x = np.array([frame[0, 1], 0.0, frame[2, 1]])
     length = float(np.linalg.norm(x))
     x = x / length if length > 0.1 else np.array([1.0, 0.0, 0.0])
@@ -101,7 +104,7 @@ def _upright(frame: FloatArray) -> FloatArray:
 
 
 def _fist(side: str, generator: np.random.Generator, curl: float) -> Pose:
-    """Fingers bent by about `curl` degrees a joint."""
+    """Return fingers bent by about `curl` degrees per joint."""
     pose: Pose = {}
     for finger in ("Index", "Middle", "Ring", "Pinky"):
         own = np.radians(np.clip(curl + generator.normal(0, 4), 0, 85))
@@ -111,7 +114,7 @@ def _fist(side: str, generator: np.random.Generator, curl: float) -> Pose:
 
 
 def _arm(side: str, upper: tuple[float, float, float], fore: tuple[float, float, float]) -> Pose:
-    """An arm by directions of its segments, left: x outwards, y up, z to the front."""
+    """Return an arm from the directions of its segments, left: x outward, y up, z to the front."""
     mirror = np.array([_SIGNS[side], 1.0, 1.0])
     straight = {f"{side}Hand": np.zeros(3)}
     return (
@@ -220,18 +223,18 @@ _ONE: Mapping[str, tuple[Callable[[np.random.Generator], Thing], float]] = Mappi
         "small ball": (_small_ball, 30),
     }
 )
-"""Things for one hand, and by how many degrees each joint of the fingers is bent around them."""
+"""Objects for one hand, and the bend of each finger joint around them, degrees."""
 _TWO = ("box", "large ball", "bar")
 KINDS: tuple[str, ...] = (*_ONE, *_TWO)
 
 
 def draw_held(generator: np.random.Generator) -> Held:
-    """Any thing, with the hands (and mostly the arms) that hold it."""
+    """Draw any object, with the hands (and mostly the arms) that hold it."""
     return held_of(str(generator.choice(KINDS)), generator)
 
 
 def held_of(kind: str, generator: np.random.Generator) -> Held:
-    """A thing of a kind, one of `KINDS`; see `draw_held`."""
+    """Draw an object of a kind, one of `KINDS`; see `draw_held`."""
     if kind in _TWO:
         return _for_both(kind, generator)
     make, curl = _ONE[kind]
@@ -253,7 +256,7 @@ def held_of(kind: str, generator: np.random.Generator) -> Held:
 
 
 def _for_both(kind: str, generator: np.random.Generator) -> Held:
-    """A box or a ball between the palms, or a bar through both fists."""
+    """Return a box or a ball between the palms, or a bar through both fists."""
     reach = generator.uniform(-0.35, 0.7)
     upper = (generator.uniform(0.0, 0.4), -1.0, generator.uniform(0.0, 0.8))
     fore = (generator.uniform(-0.3, 0.0), reach, 1.0)

@@ -1,4 +1,4 @@
-"""Patterns of things."""
+"""Patterns of objects."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from a2v.types import ByteArray, FloatArray
 
 
 def draw_patterns(generator: np.random.Generator, count: int) -> list[ByteArray]:
-    """So many patterns (TILE, TILE, 3) uint8: plain, striped, checked, dotted, printed with lines,
-    grained or blotched."""
+    """Draw `count` patterns (TILE, TILE, 3) uint8: plain, striped, checked, dotted, printed with
+    lines, grained or blotched."""
     return [_pattern(generator) for _ in range(count)]
 
 
 def _color(generator: np.random.Generator) -> FloatArray:
-    """sRGB (3,) in [0, 1]: any hue, black and white among them."""
+    """Draw an sRGB color (3,) in [0, 1]: any hue, also black and white."""
     value = generator.choice(
         [generator.uniform(0.02, 0.2), generator.uniform(0.2, 0.95), generator.uniform(0.85, 1.0)],
         p=[0.25, 0.5, 0.25],

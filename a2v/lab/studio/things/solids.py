@@ -1,5 +1,5 @@
-"""Plain solids: boxes and surfaces of revolution, joined to things, and things joined to a person's
-textured mesh."""
+"""Plain solids: boxes and surfaces of revolution, joined to objects, and objects joined to a
+person's textured mesh."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from a2v.lab.studio.texture import texture_of
 from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 TILE = 64
-"""Pixels a side of a pattern (`a2v.lab.studio.things.paint`)."""
+"""Side of a pattern (`a2v.lab.studio.things.paint`), pixels."""
 
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """A mesh whose faces each have a place on a numbered pattern; vertices are shared where it is
+    """A mesh whose faces have coordinates on numbered patterns; vertices are shared where it is
     smooth.
 
     Attributes
@@ -27,9 +27,9 @@ class Thing:
         Meters.
     faces : (F, 3) int
     uv : (F, 3, 2) float
-        On the pattern, in [0, 1].
+        Coordinates on the pattern, in [0, 1].
     patterns : (F,) int
-        Which one.
+        Number of each face's pattern.
     """
 
     vertices: FloatArray
@@ -38,17 +38,17 @@ class Thing:
     patterns: IntArray
 
     def moved(self, shift: FloatArray | Sequence[float], turn: FloatArray | None = None) -> Thing:
-        """Turned by a rotation (3, 3), if one is given, then moved by (3,)."""
+        """Return the object turned by a rotation (3, 3), if given, then moved by (3,)."""
         vertices = self.vertices if turn is None else self.vertices @ np.asarray(turn).T
         return replace(self, vertices=vertices + np.asarray(shift, np.float64))
 
     def painted(self, pattern: int) -> Thing:
-        """All of it with one pattern."""
+        """Return the object with a single pattern."""
         return replace(self, patterns=np.full(len(self.faces), pattern))
 
 
 def joined(things: Sequence[Thing]) -> Thing:
-    """Several things as one."""
+    """Join several objects to one."""
     starts = np.cumsum([0, *(len(thing.vertices) for thing in things)])
     return Thing(
         np.concatenate([thing.vertices for thing in things]),
@@ -59,7 +59,7 @@ def joined(things: Sequence[Thing]) -> Thing:
 
 
 def box(width: float, height: float, depth: float, pattern: int = 0) -> Thing:
-    """A box around the origin: x, y, z, meters."""
+    """Return a box around the origin with sizes along x, y, z, meters."""
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
     half, corners = np.array([width, height, depth]) / 2, []
     for axis in range(3):
@@ -76,8 +76,10 @@ def box(width: float, height: float, depth: float, pattern: int = 0) -> Thing:
 
 
 def turned(profile: Sequence[tuple[float, float]], pattern: int = 0, sides: int = 14) -> Thing:
-    """The surface that a profile of (radius, height), meters, from below to above, makes about the
-    y axis. Where it starts and ends it is open."""
+    """Return the surface of revolution of a profile about the y axis.
+
+    The profile is (radius, height), meters, from bottom to top. The surface is open at both ends.
+    """
     rows = np.asarray(profile, float)
     around = 2 * np.pi * np.arange(sides + 1) / sides
     ring = np.stack([np.sin(around), np.zeros(sides + 1), np.cos(around)], axis=-1)
@@ -104,7 +106,7 @@ def rod(
     tip: float | None = None,
     sides: int = 10,
 ) -> Thing:
-    """A closed rod along y; `tip` is its radius above, if it is another one."""
+    """Return a closed rod along y; `tip` is the radius of its upper end, if it differs."""
     end = radius if tip is None else tip
     wall = turned([(radius, low), (end, high)], pattern, sides)
     return joined(
@@ -117,7 +119,7 @@ def rod(
 
 
 def ball(radius: float, pattern: int = 0, *, tall: float = 1.0) -> Thing:
-    """A ball around the origin, stretched by `tall` along y."""
+    """Return a ball around the origin, stretched by `tall` along y."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, 9)
     return turned(
         [(float(radius * np.cos(a)), float(tall * radius * np.sin(a))) for a in angle], pattern
@@ -127,15 +129,17 @@ def ball(radius: float, pattern: int = 0, *, tall: float = 1.0) -> Thing:
 def with_thing(
     surface: Surface, normals: FloatArray, thing: Thing, patterns: Sequence[ByteArray]
 ) -> tuple[Surface, FloatArray]:
-    """A person's textured surface with a thing behind its faces, and the normals (V, 3) of both;
-    the patterns lie below the texture.
+    """Append an object to a person's textured surface; returns the surface and the normals (V, 3)
+    of both.
+
+    The object's faces follow the person's, and its patterns are below the texture.
 
     Parameters
     ----------
     surface : Surface
-        With a texture at least `TILE` times as wide as there are patterns.
+        Its texture must be at least `TILE` times the number of patterns wide.
     normals : (V, 3)
-        Of its vertices.
+        Normals of its vertices.
     thing : Thing
         In the surface's frame.
     patterns : sequence of (TILE, TILE, 3) uint8
@@ -152,7 +156,8 @@ def with_thing(
         strip[:, TILE * number : TILE * (number + 1)] = pattern
     tall = height + TILE
     own = places * np.array([1, height / tall], np.float32) + np.array([0, TILE / tall], np.float32)
-    inside = 1 + (TILE - 2) * thing.uv  # a pixel from the borders: neighbors don't shine through
+    # one pixel from the borders, so that neighboring patterns do not bleed in
+    inside = 1 + (TILE - 2) * thing.uv
     theirs = np.stack(
         [(inside[..., 0] + TILE * thing.patterns[:, None]) / width, inside[..., 1] / tall], axis=-1
     )

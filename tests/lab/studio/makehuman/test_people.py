@@ -1,4 +1,4 @@
-"""People whom MakeHuman's real assets dress: their rig, their splits, and photographs of them."""
+"""People in MakeHuman's real assets: their rig, their splits, and photographs of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
+from a2v.lab.studio.makehuman.dressing import Dresser, filled_texture, tinted
 from a2v.lab.studio.makehuman.hm08 import (
     RIG_BONES,
     RIG_PARENTS,
@@ -18,14 +19,7 @@ from a2v.lab.studio.makehuman.hm08 import (
     sparse_weights,
 )
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import (
-    ARCHIVE,
-    HELD_OUT,
-    Dresser,
-    draw_person,
-    filled_texture,
-    tinted,
-)
+from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, draw_person
 from a2v.lab.studio.posing import POSED_BONES, PoseLibrary
 from a2v.lab.studio.scene import Dressed
 from a2v.lab.studio.settings import StudioSettings
@@ -146,8 +140,7 @@ def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> 
 def test_a_pinned_person_is_the_same_whatever_else_is_there(
     studio: Studio, data_dir: Path, tmp_path: Path
 ) -> None:
-    """Neither the folder of avatars, nor the settings' people, nor the draw of the other people
-    changes whom a pin shows."""
+    """Avatars, settings and other draws do not change the person of a pin."""
     (tmp_path / "avatars").mkdir()
     (tmp_path / "avatars" / "Asian_F_2_Busi.glb").touch()
     (tmp_path / ARCHIVE).symlink_to(data_dir / ARCHIVE)
@@ -195,8 +188,8 @@ def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:
     assert (
         RayScene(guide.vertices, guide.faces).closest(person[np.unique(skin)]).distance.max() < 0.02
     )
-    # what the clothes cover is not seen through them: of rays at the trunk's guide from the front
-    # few end on skin
+    # Covered skin is not visible through clothes: of rays from the front at the guide's trunk few
+    # end on skin.
     rows = np.linspace(0.95, 1.2, 20) * (guide.vertices[:, 1].max() / 1.7)
     origins = (
         np.stack(np.meshgrid(np.linspace(-0.06, 0.06, 9), rows, [1.0]), axis=-1)

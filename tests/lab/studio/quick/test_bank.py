@@ -1,4 +1,4 @@
-"""The bank of poses, and what is drawn from it."""
+"""The bank of poses and draws from it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_rare_poses_are_drawn_as_often_as_common_ones(avatar: Avatar) -> None:
     none = np.zeros(100, np.int8)
     kinds = sort_poses(avatar, rotations, none)
     assert kinds[40] != kinds[41]
-    # all of standing as one kind
+    # all standing frames count as one kind
     bank = PoseBank(
         rotations=rotations, sets=none, splits=none, kinds=(kinds == kinds[40]).astype(np.int16)
     )
@@ -65,8 +65,7 @@ def test_kinds_are_of_where_the_joints_are(avatar: Avatar, bank: PoseBank) -> No
 
 
 def test_held_out_clips_stay_apart(bank: PoseBank) -> None:
-    """Of the first eleven clips the tenth is held out: its frames are in the other split, and drawn
-    for it alone."""
+    """Of the first eleven clips the tenth is held out: only the other split draws its frames."""
     assert 0 < bank.splits.sum() < len(bank.splits) / 2
     own = {bank.rotations[index].tobytes() for index in np.flatnonzero(bank.splits)}
     generator = np.random.default_rng(0)

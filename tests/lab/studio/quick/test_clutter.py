@@ -1,4 +1,4 @@
-"""Quick views with things: what hides the person is told, and what it hides stays known."""
+"""Quick views with things: occlusion is marked, and occluded ground truth is kept."""
 
 from __future__ import annotations
 
@@ -41,8 +41,10 @@ def prepared(data: Path, avatar: Avatar) -> PreparedAvatar:
 
 
 def views(prepared: PreparedAvatar, guide: Guide, clutter: Clutter, seed: int) -> list[QuickView]:
-    """Up to ten pictures of somebody standing, with the same build, clothes, poses and cameras for
-    the same seed."""
+    """Return up to ten pictures of a standing person.
+
+    Build, clothes, poses and cameras are the same for the same seed.
+    """
     places = places_of(prepared, guide, canonical_places())
     made = []
     for number in range(10):
@@ -57,7 +59,7 @@ def views(prepared: PreparedAvatar, guide: Guide, clutter: Clutter, seed: int) -
 
 
 def by_size(made: list[QuickView]) -> dict[float, QuickView]:
-    """Views by their scale, which tells cameras apart."""
+    """Return views by their scale, which identifies cameras."""
     return {view.scale: view for view in made}
 
 
@@ -132,7 +134,7 @@ def test_shares_are_drawn_and_none_draws_nothing() -> None:
     assert vars(Clutter.draw(generator, **given)) == vars(NOTHING)
     assert (
         generator.random() == np.random.default_rng(0).random()
-    )  # so that a seed gives what it gave before there were things
+    )  # so that a seed gives the same view as before things existed
     with pytest.raises(InputError, match="things is 2"):
         QuickSettings(things=2)
 

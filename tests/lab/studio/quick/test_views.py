@@ -1,4 +1,4 @@
-"""Quick views: they repeat, and their parts agree."""
+"""Quick views can be repeated, and their parts agree."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from a2v.errors import InputError
 from a2v.io import write_npz
 from a2v.lab.studio.avatars import Avatar
 from a2v.lab.studio.guide import Guide, guide_key, stack_guides
-from a2v.lab.studio.makehuman.people import ARCHIVE, Dresser
+from a2v.lab.studio.makehuman.dressing import Dresser
+from a2v.lab.studio.makehuman.people import ARCHIVE
 from a2v.lab.studio.quick.bank import make_pose_bank
 from a2v.lab.studio.quick.dataset import write_quick_views
 from a2v.lab.studio.quick.people import HELD_OUT, QuickStudio, quick_split_of
@@ -80,8 +81,7 @@ def test_maps_masks_and_landmarks_agree(block: list[QuickView]) -> None:
 
 
 def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView]) -> None:
-    """Where the front lies just before a knee or an elbow, the pixel's place is the place of that
-    joint on the body at rest."""
+    """At a knee or an elbow in front, the pixel's place is that joint's place on the body at rest."""
     model = load_body_model()
     rest, heads = model.rest(torch.from_numpy(model.shape_default))
     marks = model.landmarks_of(rest[model.landmark_vertices], heads).numpy()

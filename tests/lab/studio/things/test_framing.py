@@ -1,4 +1,4 @@
-"""What of a person a picture shows."""
+"""The visible part of a person in a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solids are closed and outwards, and lie beside a person's texture without touching it."""
+"""Solids are closed with outward faces, and their texture is apart from the person's."""
 
 from __future__ import annotations
 

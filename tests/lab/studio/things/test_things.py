@@ -1,4 +1,4 @@
-"""What hands hold lies in them, and furniture stands where it hides or carries people."""
+"""Held things lie in hands, and furniture is where it occludes or supports people."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ def test_every_kind_is_drawn() -> None:
 
 @pytest.mark.parametrize("number", range(0, 40))
 def test_things_are_in_the_hands(avatar: Avatar, number: int) -> None:
-    """A hand's vertices touch what it holds; the other hand, of one-handed things, mostly does
-    not."""
+    """A hand's vertices touch what it holds; the other hand usually does not touch it."""
     held = held_things(40)[number]
     pose = natural_pose(np.random.default_rng(number)) | held.pose
     transforms = avatar.bone_transforms(pose)
@@ -119,5 +118,5 @@ def test_backgrounds_are_the_wheels_and_a_folders(tmp_path: Path) -> None:
     red = mine.draw(64, generator)
     assert red[..., 0].mean() > 5 * red[..., 2].mean()
     mine.paths = [tmp_path / "broken.jpg"]
-    with pytest.raises(InputError, match=r"broken\.jpg is no picture"):
+    with pytest.raises(InputError, match=r"broken\.jpg is not a picture"):
         mine.draw(64, generator)

@@ -1,0 +1,149 @@
+"""Which part of generated clips costs FID and accuracy on single actions (Table 4).
+
+    python scripts/diagnose_locomotion.py --data ../shared/data --actions Jump,Walk
+    python scripts/diagnose_locomotion.py --data ../shared/data --run runs/cmu --actions Jump,Walk
+
+The first form exchanges parts of recorded and generated clips of a shipped model. With --run, a
+training's checkpoint generates from latents of its prior, of its posterior on recordings, and of
+the posterior's residuals of other recordings, exchanged every few frames. Results are in
+docs/research/motion-vae.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+from scipy.ndimage import uniform_filter1d
+
+from a2v.lab.datasets import ActionDataset, ClipSampler, load_cmu
+from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
+from a2v.lab.evaluation.metrics import accuracy, fid
+from a2v.lab.evaluation.sources import generator_of
+from a2v.lab.motion.networks import VAESettings
+from a2v.lab.motion.vae import MotionVAE
+from a2v.motion import MotionModel
+from a2v.types import FloatArray
+
+CLASSIFIER = "evaluators/action_recognition_model_mocap_new.tar"
+Score = Callable[[str, FloatArray], None]
+
+
+def without_root(clips: FloatArray) -> FloatArray:
+    """Clips (N, T, J, 3) with the root at the origin in every frame."""
+    return clips - clips[:, :, :1]
+
+
+def with_rise(clips: FloatArray, factor: float) -> FloatArray:
+    """Clips whose root's height over the first frame's is `factor` times as large."""
+    moved = clips.copy()
+    moved[..., 1] += (factor - 1) * (clips[:, :, :1, 1] - clips[:, :1, :1, 1])
+    return moved
+
+
+def rise(clips: FloatArray, unit: float) -> float:
+    """Mean over clips of the root's largest height over that of the first frame, meters."""
+    return float((clips[:, :, 0, 1].max(1) - clips[:, 0, 0, 1]).mean() * unit)
+
+
+def exchange_parts(real: FloatArray, made: FloatArray, score: Score) -> None:
+    """Score recordings, generated clips, and clips made of parts of both."""
+    roots = {"recorded": real[:, :, :1], "generated": made[:, :, :1]}
+    score("recordings", real)
+    score("generated", made)
+    score("recorded poses, generated roots", without_root(real) + roots["generated"])
+    score("generated poses, recorded roots", without_root(made) + roots["recorded"])
+    score("recordings, the root's rise times .25", with_rise(real, 0.25))
+    score("recordings, roots at the origin", without_root(real))
+    score("generated, roots at the origin", without_root(made))
+    score("generated, the root's rise times 3", with_rise(made, 3.0))
+    score("generated, a mean over 5 frames", uniform_filter1d(made, 5, axis=1, mode="nearest"))
+
+
+@torch.no_grad()
+def exchange_latents(
+    model: MotionVAE, own: ActionDataset, label: int, score: Score, clips: int
+) -> None:
+    """Score clips of one decoder from latents of different sources."""
+    real, _, bones = ClipSampler(own, own.length).batch(clips, np.random.default_rng(1))
+    joints, lengths = torch.from_numpy(real), torch.from_numpy(bones)
+    actions = torch.zeros(clips, model.n_actions)
+    actions[:, label] = 1
+    size = (clips, own.length, model.settings.latent_size)
+    noise = torch.randn(size, generator=torch.Generator().manual_seed(0))
+    free = torch.zeros(clips, dtype=torch.bool)
+    result = model.reconstruct(joints, actions, lengths, noise, free)
+    latent = result.posterior_mean + torch.exp(0.5 * result.posterior_logvar) * noise
+    residual = ((latent - result.prior_mean) / torch.exp(0.5 * result.prior_logvar)).numpy()
+
+    def made(draws: FloatArray) -> FloatArray:
+        every = actions[:, None].expand(-1, own.length, -1)
+        drawn = torch.from_numpy(np.asarray(draws, np.float32))
+        return own.frame.flip(model.sample(every, lengths, drawn).joints.numpy())
+
+    score("latents of the prior", made(noise.numpy()))
+    score("latents of the posterior", own.frame.flip(result.pose.joints.numpy()))
+    others = np.random.default_rng(0)
+    for frames in (1, 5, 25, 50):
+        mixed = np.empty_like(residual)
+        for start in range(0, own.length, frames):
+            part = slice(start, start + frames)
+            mixed[:, part] = residual[others.integers(0, clips, clips), part]
+        score(f"residuals of another recording every {frames} frames", made(mixed))
+
+
+def scorer(own: ActionDataset, evaluator: Evaluator, label: int, clips: int) -> Score:
+    """Return a function that prints FID, accuracy and the root's rise of native clips."""
+    sampler = ClipSampler(own, own.length)
+    references = []
+    for draw in range(3):
+        windows, _, _ = sampler.batch(clips, np.random.default_rng([draw]))
+        state = np.random.default_rng([9, draw])
+        references.append(evaluator(own.frame.flip(windows), state="random", generator=state)[0])
+
+    def score(name: str, clips: FloatArray) -> None:
+        moved = (clips - clips[:, :1, :1]).astype(np.float32)
+        features, found = evaluator(moved, state="random", generator=np.random.default_rng(3))
+        value = np.mean([fid(reference, features) for reference in references])
+        right = accuracy(found, np.full(len(found), label))
+        height = rise(own.frame.flip(moved), own.frame.meters_per_unit)
+        print(f"  {name:48s} FID {value:6.2f}  accuracy {right:.3f}  rise {height:.3f} m")
+
+    return score
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    parser.add_argument("--model", default="cmu-glmi-m", help="a shipped or exported model")
+    parser.add_argument("--run", type=Path, help="folder of a training: its checkpoint.pt")
+    parser.add_argument("--actions", default="Jump,Walk")
+    parser.add_argument("--clips", type=int, default=500)
+    arguments = parser.parse_args()
+    dataset, evaluator = load_cmu(arguments.data), load_evaluator(arguments.data / CLASSIFIER)
+    for action in arguments.actions.split(","):
+        label = dataset.actions.index(action)
+        own = dataset.subset(np.flatnonzero(dataset.labels == label).tolist())
+        score = scorer(own, evaluator, label, arguments.clips)
+        print(action)
+        if arguments.run is not None:
+            content = torch.load(arguments.run / "checkpoint.pt", weights_only=False)
+            model = MotionVAE(dataset.skeleton, len(dataset.actions), VAESettings(**content["vae"]))
+            model.load_state_dict(content["model"])
+            exchange_latents(model.eval(), own, label, score, arguments.clips)
+            continue
+        real, _, _ = ClipSampler(own, own.length).batch(arguments.clips, np.random.default_rng(77))
+        chosen = np.random.default_rng(5).integers(0, len(own), arguments.clips)
+        make = generator_of(MotionModel.load(arguments.model), own.length)
+        labels = np.full(arguments.clips, label)
+        made = make(labels, own.clip_bone_lengths[chosen], np.random.default_rng(6))
+        exchange_parts(own.frame.flip(real), made, score)
+
+
+if __name__ == "__main__":
+    main()

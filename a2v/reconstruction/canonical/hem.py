@@ -149,8 +149,11 @@ def _stuff(lab: FloatArray) -> FloatArray:
 
 
 def _skin_evidence(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> FloatArray:
-    """Return the evidence (n,) that colors (n, 3) are skin: from 1 for the `tone` (3,) of the skin to
-    -1 for the cloth (m, 3). Shaded skin, which is about as far from both, counts little."""
+    """Return the evidence (n,) that colors (n, 3) are skin.
+
+    It is 1 for the `tone` (3,) of the skin and -1 for the colors of the cloth (m, 3). Shaded skin,
+    which is about as far from both, counts little.
+    """
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
     return np.asarray(np.clip((np.minimum(to_cloth, _SKIN) - to_skin) / _CLEAR, -1.0, 1.0))

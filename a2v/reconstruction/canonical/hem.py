@@ -24,6 +24,8 @@ _HUES = (60.0, 8.0)
 and the second."""
 _SKIN = 20.0
 """Largest distance of the color of a leg from the skin of the face, in units of `_stuff`."""
+_CLEAR = 10.0
+"""Difference, in units of `_stuff`, from which on a color is surely skin or surely cloth."""
 _RIGHT = 0.85
 """Smallest share of cloth above a hem, and of skin below it."""
 _BARE = 6
@@ -72,7 +74,7 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     if len(cloth) < _BARE:
         return None
     palette = cloth[:: max(1, len(cloth) // 60)]
-    found = [_hem(_is_skin(colors, tone, palette), places) for colors, places in asked]
+    found = [_hem(_skin_evidence(colors, tone, palette), places) for colors, places in asked]
     places = [place for place in found if place is not None]
     if len(places) < 2:
         return None
@@ -146,28 +148,41 @@ def _stuff(lab: FloatArray) -> FloatArray:
     return np.concatenate([_LIGHT * lab[..., :1], scale * lab[..., 1:]], axis=-1)
 
 
-def _is_skin(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> BoolArray:
-    """Return which colors (n, 3) are nearer to the `tone` (3,) of the skin than to the cloth (m,
-    3)."""
+def _skin_evidence(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> FloatArray:
+    """Return the evidence (n,) that colors (n, 3) are skin.
+
+    It is 1 for the `tone` (3,) of the skin and -1 for the colors of the cloth (m, 3). Shaded skin,
+    which is about as far from both, counts little.
+    """
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
-    return np.asarray((to_skin < _SKIN) & (to_skin < to_cloth))
+    return np.asarray(np.clip((np.minimum(to_cloth, _SKIN) - to_skin) / _CLEAR, -1.0, 1.0))
 
 
-def _hem(skin: BoolArray, places: IntArray) -> float | None:
+def _hem(skin: FloatArray, places: IntArray) -> float | None:
     """Place on a leg, in terms of `_ALONG`, at which the samples at `places` (n,) turn from cloth
-    to skin. None if they do not."""
-    if skin.sum() < _BARE or (~skin).sum() < _BARE:
+    to skin. None if they do not.
+
+    Parameters
+    ----------
+    skin : (n,) float
+        Of `_skin_evidence`.
+    """
+    if (skin > 0).sum() < _BARE or (skin <= 0).sum() < _BARE:
         return None
-    upto = np.cumsum(np.where(skin, 1, -1))  # skin above a cut minus cloth above it
-    cut = int(upto.argmin())
+    cut = int(np.cumsum(skin).argmin())  # most cloth above it, and most skin below it
     below = skin[cut + 1 :]
     bare = (
-        max(below.mean(), below[: 3 * _BARE].mean()) if len(below) >= _BARE else 0.0
+        max(_share(below), _share(below[: 3 * _BARE])) if len(below) >= _BARE else 0.0
     )  # stockings, shoes and shadows may follow
-    if bare < _RIGHT or (~skin[: cut + 1]).mean() < _RIGHT or _ALONG[places[cut]] > _LOWEST:
+    if bare < _RIGHT or _share(-skin[: cut + 1]) < _RIGHT or _ALONG[places[cut]] > _LOWEST:
         return None
     return float(_ALONG[places[cut : cut + 2]].mean())
+
+
+def _share(evidence: FloatArray) -> float:
+    """Share of positive `evidence` (n,) in all of it."""
+    return float(np.maximum(evidence, 0.0).sum() / max(float(np.abs(evidence).sum()), 1e-9))
 
 
 def _filled(

@@ -68,6 +68,20 @@ def test_bare_legs_come_out_of_a_skirt(body: Body, knee: float) -> None:
     assert found[1] <= found[0]
 
 
+def test_dull_skin_below_the_hem_does_not_move_it(body: Body, knee: float) -> None:
+    """A shadow over one knee is nearly as far from the skin as from the cloth."""
+    plain = _dressed(body, knee + 0.12)
+    before = skirt_hem(plain, body, CAMERA)
+    image = plain.image.copy()
+    top, bottom = CAMERA.project(np.array([[0.0, knee + 0.03, 0.0], [0.0, knee - 0.12, 0.0]]))[:, 1]
+    middle = int(CAMERA.project(body.bone_transforms[[0], :3, 3])[0, 0])
+    image[int(top) : int(bottom), middle:] = (126, 106, 112)
+    after = skirt_hem(dataclasses.replace(plain, image=image), body, CAMERA)
+    assert before is not None
+    assert after is not None
+    assert abs(after[0] - before[0]) < 0.02
+
+
 def test_shorts_trousers_and_strange_legs_are_no_skirt(body: Body, knee: float) -> None:
     assert (
         skirt_hem(_dressed(body, knee + 0.08, gap=80), body, CAMERA) is None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import logging
 import os
 import signal
@@ -321,7 +322,12 @@ CONNECT_SECONDS = 10.0
 
 
 def _connect(distributed: Any, address: str) -> Any:
-    """Return a client of the scheduler at `address`."""
+    """Return a client of the scheduler at `address`.
+
+    Earlier clients that nobody closed are collected first: the finalizer of such a client stops its
+    loop and deadlocks if Python runs it while another client starts.
+    """
+    gc.collect()
     try:
         return distributed.Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TypeError) as error:

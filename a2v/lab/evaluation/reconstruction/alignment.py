@@ -70,8 +70,8 @@ def aligned_distances(
     count : int
         Points per side in each round.
     sized : bool
-        Scale the surface to the size of the truth, too. Then the ICP starts at the truth's
-        centroid and spread; without it, at the surface's own place.
+        Scale the surface to the size of the truth, too. Then the ICP starts twice: at the
+        surface's own place, and at the truth's centroid and spread. The nearer result counts.
     """
     rotation, shift, size = align(own, truth, rounds=rounds, count=count, sized=sized)
     forth = truth.rays.closest(
@@ -93,19 +93,44 @@ def align(
     `aligned_distances`."""
     mine = np.asarray(own.points[:: max(1, len(own.points) // count)], np.float64)
     theirs = np.asarray(truth.points[:: max(1, len(truth.points) // count)], np.float64)
-    rotation, shift, size = np.eye(3), np.zeros(3), 1.0
+    starts: list[tuple[FloatArray, FloatArray, float]] = [(np.eye(3), np.zeros(3), 1.0)]
     if sized:
         # ICP alone shrinks or grows a surface too slowly to reach the size of the truth
         middle, aim = own.points.mean(axis=0), truth.points.mean(axis=0)
         size = float(np.std(truth.points - aim) / np.std(own.points - middle))
-        shift = aim - size * middle
-    for _ in range(rounds):
-        moved = size * mine @ rotation.T + shift
-        there = _closest(truth, moved)
-        here = _closest(own, (theirs - shift) @ rotation / size)  # in the frame of the surface
-        pairs = np.concatenate([mine, here]), np.concatenate([there, theirs])
-        rotation, shift, size = similar(*pairs) if sized else (*rigid(*pairs), 1.0)
-    return rotation, shift, size
+        starts.append((np.eye(3), aim - size * middle, size))
+    ends: list[tuple[FloatArray, FloatArray, float]] = []
+    for rotation, shift, size in starts:
+        for _ in range(rounds):
+            pairs = _pairs(own, truth, mine, theirs, (rotation, shift, size))
+            rotation, shift, size = similar(*pairs) if sized else (*rigid(*pairs), 1.0)
+        ends.append((rotation, shift, size))
+    if len(ends) == 1:
+        return ends[0]
+    return min(ends, key=lambda end: _residual(*_pairs(own, truth, mine, theirs, end), end))
+
+
+def _pairs(
+    own: Scan,
+    truth: Scan,
+    mine: FloatArray,
+    theirs: FloatArray,
+    placed: tuple[FloatArray, FloatArray, float],
+) -> tuple[FloatArray, FloatArray]:
+    """Return points of the surface in its own frame, and their closest partners of the truth, both
+    ways, at the place `placed` (rotation, shift, size)."""
+    rotation, shift, size = placed
+    there = _closest(truth, size * mine @ rotation.T + shift)
+    here = _closest(own, (theirs - shift) @ rotation / size)
+    return np.concatenate([mine, here]), np.concatenate([there, theirs])
+
+
+def _residual(
+    source: FloatArray, target: FloatArray, placed: tuple[FloatArray, FloatArray, float]
+) -> float:
+    """Return the mean distance of pairs (N, 3) after the surface is placed, meters."""
+    rotation, shift, size = placed
+    return float(np.linalg.norm(size * source @ rotation.T + shift - target, axis=1).mean())
 
 
 def _closest(scan: Scan, points: FloatArray) -> FloatArray:

@@ -83,7 +83,7 @@ def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[s
         model.actions != dataset.actions and not finer
     ) or model.card.joint_names != dataset.skeleton.joint_names:
         raise InputError(
-            f"model '{name}' knows other actions or joints than {dataset.name}; "
+            f"model '{name}' was trained with other actions or joints than {dataset.name}; "
             f"evaluate it on {model.card.dataset}"
         )
     generate = generator_of(model, dataset.length)

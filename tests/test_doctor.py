@@ -53,7 +53,7 @@ def test_what_fails_is_told_with_advice(capsys, monkeypatch, tmp_path):
     (store,) = [index for index, line in enumerate(lines) if line.startswith("fails    store")]
     assert "--cache" in lines[store + 1]
     assert [line for line in lines if line.startswith("fails    weights")]
-    assert "weights, store: a video cannot be made" in lines[-1]
+    assert "weights, store: needed for every video; repair it first" in lines[-1]
 
 
 def test_little_memory_and_a_full_disk_are_told(monkeypatch, tmp_path):

@@ -19,6 +19,7 @@ import numpy as np
 import torch
 from scipy.ndimage import uniform_filter1d
 
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.datasets import ActionDataset, ClipSampler, load_cmu
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.metrics import accuracy, fid
@@ -115,6 +116,14 @@ def scorer(own: ActionDataset, evaluator: Evaluator, label: int, clips: int) -> 
     return score
 
 
+def load_trained(path: Path, dataset: ActionDataset) -> MotionVAE:
+    """Return the model of a training's checkpoint. Only tensors and plain values are unpickled."""
+    content = read_checkpoint(path, ("vae", "model"))
+    model = MotionVAE(dataset.skeleton, len(dataset.actions), VAESettings(**content["vae"]))
+    model.load_state_dict(content["model"])
+    return model.eval()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -126,23 +135,24 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=500)
     arguments = parser.parse_args()
     dataset, evaluator = load_cmu(arguments.data), load_evaluator(arguments.data / CLASSIFIER)
+    shipped = None if arguments.run else MotionModel.load(arguments.model)
+    trained = load_trained(arguments.run / "checkpoint.pt", dataset) if arguments.run else None
     for action in arguments.actions.split(","):
         label = dataset.actions.index(action)
         own = dataset.subset(np.flatnonzero(dataset.labels == label).tolist())
         score = scorer(own, evaluator, label, arguments.clips)
         print(action)
-        if arguments.run is not None:
-            content = torch.load(arguments.run / "checkpoint.pt", weights_only=False)
-            model = MotionVAE(dataset.skeleton, len(dataset.actions), VAESettings(**content["vae"]))
-            model.load_state_dict(content["model"])
-            exchange_latents(model.eval(), own, label, score, arguments.clips)
-            continue
-        real, _, _ = ClipSampler(own, own.length).batch(arguments.clips, np.random.default_rng(77))
-        chosen = np.random.default_rng(5).integers(0, len(own), arguments.clips)
-        make = generator_of(MotionModel.load(arguments.model), own.length)
-        labels = np.full(arguments.clips, label)
-        made = make(labels, own.clip_bone_lengths[chosen], np.random.default_rng(6))
-        exchange_parts(own.frame.flip(real), made, score)
+        if trained is not None:
+            exchange_latents(trained, own, label, score, arguments.clips)
+        if shipped is not None:
+            real, _, _ = ClipSampler(own, own.length).batch(
+                arguments.clips, np.random.default_rng(77)
+            )
+            chosen = np.random.default_rng(5).integers(0, len(own), arguments.clips)
+            make = generator_of(shipped, own.length)
+            labels = np.full(arguments.clips, label)
+            made = make(labels, own.clip_bone_lengths[chosen], np.random.default_rng(6))
+            exchange_parts(own.frame.flip(real), made, score)
 
 
 if __name__ == "__main__":

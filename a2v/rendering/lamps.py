@@ -35,11 +35,8 @@ class Lamps:
         """Build the lamps of a look. The spot light follows the camera's target."""
         lights = (look.sun_light, look.spot_light(camera.target))
         sides = [light.axes * light.radius for light in lights]
-        sides[0][
-            1
-            # the sun's disk is sampled mirrored, so that seeds give the same noise as in earlier
-            # versions
-        ] *= -1
+        # The sun's disk is sampled mirrored: seeds give the same noise as in earlier versions.
+        sides[0][1] *= -1
         vectors = [
             vector
             for light, two in zip(lights, sides, strict=True)
@@ -91,16 +88,7 @@ class Lamps:
         import drjit as dr
 
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        way = (
-            self.center[which]
-            + self.across[which][0] * disk.x
-            + self.across[which][1] * disk.y
-            - self.mi.Vector3f(si.p)
-        )
-        square = dr.squared_norm(way)
-        length = dr.sqrt(square)
-        way /= length
-        here, there = dr.dot(way, normal), -dr.dot(way, self.normal[which])
+        way, square, length, here, there = self._toward(which, disk, si, normal)
         active = active & (here > (0 if made is None else made.least())) & (there > 0)
         ray = si.spawn_ray(way)
         if made is not None:
@@ -114,6 +102,24 @@ class Lamps:
             if made is None
             else (light * made.falloff(here), light * made.gloss(way, here))
         )
+
+    def _toward(
+        self, which: int, disk: Any, si: Any, normal: Any
+    ) -> tuple[Any, Any, Any, Any, Any]:
+        """Return the direction from hits to points of the unit `disk` on a lamp, the squared and
+        the plain distance, and the cosines at the hit and at the lamp."""
+        import drjit as dr
+
+        way = (
+            self.center[which]
+            + self.across[which][0] * disk.x
+            + self.across[which][1] * disk.y
+            - self.mi.Vector3f(si.p)
+        )
+        square = dr.squared_norm(way)
+        length = dr.sqrt(square)
+        way /= length
+        return way, square, length, dr.dot(way, normal), -dr.dot(way, self.normal[which])
 
     def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
         """Estimate the irradiance over pi from all three lights with one ray to one of them.
@@ -133,16 +139,7 @@ class Lamps:
         light, reach = self.sky(way), self.mi.Float(1e5)
         total = light
         for which in (0, 1):
-            toward = (
-                self.center[which]
-                + self.across[which][0] * disk.x
-                + self.across[which][1] * disk.y
-                - self.mi.Vector3f(si.p)
-            )
-            square = dr.squared_norm(toward)
-            length = dr.sqrt(square)
-            toward /= length
-            here, there = dr.dot(toward, normal), -dr.dot(toward, self.normal[which])
+            toward, square, length, here, there = self._toward(which, disk, si, normal)
             given = dr.select(
                 (here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0
             )

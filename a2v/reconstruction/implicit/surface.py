@@ -122,16 +122,15 @@ def implicit_surface(
             f"the reconstruction model in {model.folder} has the digest {model.digest}, not "
             f"{settings.digest}"
         )
-    with ThreadPoolExecutor(1) as beside:  # Solve for the fingers while the networks run.
-        bent = beside.submit(bend_fingers, body, subject, camera)
-        person = model.see(subject, body, camera)
-        fingers = bent.result()
-    low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
-    bounds = np.stack([low - MARGIN, high + MARGIN])
-    # compute the networks at the rim, and meanwhile the shell
+    # The worker solves for the fingers while the networks run. Then it computes the networks at
+    # the rim while the shell is built.
     with ThreadPoolExecutor(1) as beside:
+        fingers = beside.submit(bend_fingers, body, subject, camera) if settings.limits else None
+        person = model.see(subject, body, camera)
+        low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
+        bounds = np.stack([low - MARGIN, high + MARGIN])
         rim = beside.submit(rim_levels, person, bounds)
-        limits = _limits(person, subject, fingers, camera, settings) if settings.limits else None
+        limits = _limits(person, subject, fingers.result(), camera, settings) if fingers else None
         levels = rim.result()
     vertices, faces = _shape(person, bounds, levels, limits, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))

@@ -170,7 +170,7 @@ def test_folders_without_actions_are_explained(copied, tmp_path):
     with pytest.raises(InputError, match=r"holds no \.bvh"):
         load_dataset("bvh", tmp_path / "none")
     shutil.move(copied / "walk" / "08_01.bvh", copied / "08_01.bvh")
-    with pytest.raises(InputError, match=r"08_01\.bvh lies in no action's folder"):
+    with pytest.raises(InputError, match=r"08_01\.bvh is not in the folder of an action"):
         load_dataset("bvh", copied)
 
 

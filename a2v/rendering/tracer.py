@@ -30,12 +30,42 @@ class Traced:
     """Means over the samples of each of N pixels, float32.
 
     `person` (N,) is the fraction of samples that hit the person. `color` (N, 3) is the person's
-    linear light and `albedo` (N, 3) its reflectance, both times `person`.
+    linear light, `albedo` (N, 3) its reflectance and `normal` (N, 3) its shading normal on the
+    visible side, all times `person`.
     """
 
     color: FloatArray
     albedo: FloatArray
+    normal: FloatArray
     person: FloatArray
+
+    def laid(
+        self, pixels: IntArray, size: int
+    ) -> tuple[tuple[slice, slice], tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
+        """Lay out the values of `pixels` (N,) in the part of a picture that they need.
+
+        Returns the part's rows and columns in a picture of `size` x `size` pixels, and color,
+        albedo and normal (h, w, 3) and person (h, w) in it; 0 in other pixels. Rows and columns
+        begin at even numbers. h and w are even; at an odd `size` they may exceed the picture by 1.
+        """
+        rows, columns = np.divmod(pixels, size)
+        top, left = (int(at.min()) // 2 * 2 for at in (rows, columns))
+        h, w = (
+            -(-(int(at.max()) + 1 - low) // 2) * 2 for at, low in ((rows, top), (columns, left))
+        )
+        at = (rows - top) * w + columns - left
+        laid = []
+        for values in (self.color, self.albedo, self.normal, self.person):
+            layer = np.zeros((h * w, *values.shape[1:]), np.float32)
+            layer[at] = values
+            laid.append(layer.reshape(h, w, *values.shape[1:]))
+        color, albedo, normal, person = laid
+        return (slice(top, min(top + h, size)), slice(left, min(left + w, size))), (
+            color,
+            albedo,
+            normal,
+            person,
+        )
 
 
 class Tracer:
@@ -80,7 +110,12 @@ class Tracer:
             )
 
         means = self._means(light, pixels, samples // 2, seed) / 2
-        return Traced(color=np.maximum(means[:, :3], 0), albedo=means[:, 3:6], person=means[:, 6])
+        return Traced(
+            color=np.maximum(means[:, :3], 0),
+            albedo=means[:, 3:6],
+            normal=means[:, 6:9],
+            person=means[:, 9],
+        )
 
     def covered(
         self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
@@ -103,7 +138,7 @@ class Tracer:
     def on_ground(
         self,
         pixels: IntArray,
-        steps: IntArray,
+        sides: IntArray,
         samples: int,
         camera: ViewCamera,
         size: int,
@@ -111,8 +146,8 @@ class Tracer:
     ) -> FloatArray:
         """Return the irradiance over pi (N, 3) of the ground, also behind occluders.
 
-        Each value is the mean over `steps` (N,) pixels, from each of `pixels` (N,) to the right;
-        NaN where no ray meets the ground.
+        Each value is the mean over a rectangle of `sides` (N, 2), columns and rows of pixels, from
+        each of `pixels` (N,) to the right and down; NaN where no ray meets the ground.
         """
 
         def light(lanes: _Lanes) -> list[Any]:
@@ -120,7 +155,7 @@ class Tracer:
                 lanes.ray(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
-        return self._means(light, pixels, samples, seed, steps)
+        return self._means(light, pixels, samples, seed, sides)
 
     def _means(
         self,
@@ -128,11 +163,11 @@ class Tracer:
         pixels: IntArray,
         samples: int,
         seed: int,
-        steps: IntArray | None = None,
+        sides: IntArray | None = None,
     ) -> FloatArray:
         """Return means (N, K) of the K values of `light` over the samples of each pixel.
 
-        With `steps` (N,), the samples of an item spread over this number of pixels.
+        With `sides` (N, 2), the samples of an item spread over a rectangle of pixels.
         """
         import drjit as dr
 
@@ -156,12 +191,15 @@ class Tracer:
                 opaque_integer(mi, seed),
                 self._sobol(mi, 2 * mask + 2),
             )
-            width = (
+            spread = (
                 None
-                if steps is None
-                else dr.gather(mi.Float, mi.Float(steps[at : at + step].astype(np.float32)), slot)
+                if sides is None
+                else [
+                    dr.gather(mi.Float, mi.Float(side[at : at + step].astype(np.float32)), slot)
+                    for side in sides.T
+                ]
             )
-            found = light(_Lanes(mi, pixel, width, draws))
+            found = light(_Lanes(mi, pixel, spread, draws))
             dr.eval(found)
             parts.append(
                 np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1)
@@ -169,7 +207,7 @@ class Tracer:
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
     def _light(self, rays: list[Any], draws: _Draws, lamps: Lamps) -> list[Any]:
-        """Return the person's light (3), albedo (3) and hits, summed over two camera rays."""
+        """Return the person's light (3), albedo (3), normal (3) and hits, summed over two rays."""
         import drjit as dr
 
         mi, seen = self._mi, []
@@ -187,12 +225,12 @@ class Tracer:
             dr.select(second, b, a) for a, b in ((one.p, two.p), (one.n, two.n), (normal, other))
         )
         around, _, free = self._indirect(where, facing, draws, lamps, seen[0][0] | second)
-        sums: list[Any] = [mi.Float(0)] * 7
-        for hit, _, albedo, _, made, (light, gloss) in seen:
+        sums: list[Any] = [mi.Float(0)] * 10
+        for hit, _, albedo, normal, made, (light, gloss) in seen:
             if made is not None:
                 way, share = made.mirrored()
                 gloss = gloss + dr.select(free, share * lamps.sky(way), 0.0)
-            values = [*((light + around) * albedo + gloss), *albedo, mi.Float(1)]
+            values = [*((light + around) * albedo + gloss), *albedo, *normal, mi.Float(1)]
             sums = [
                 total + dr.select(hit, value, 0.0)
                 for total, value in zip(sums, values, strict=True)
@@ -346,12 +384,12 @@ class _Draws:
 
 @dataclass(frozen=True)
 class _Lanes:
-    """The samples of a launch: their pixels, the number of pixels of a row that they spread over
-    (None: one), and their draws."""
+    """The samples of a launch: their pixels, the columns and rows of pixels that they spread over
+    (None: one pixel), and their draws."""
 
     mi: Any
     pixel: Any
-    width: Any
+    spread: Any
     draws: _Draws
 
     def pair(self, camera: ViewCamera, size: int) -> list[Any]:
@@ -361,8 +399,8 @@ class _Lanes:
     def ray(self, camera: ViewCamera, size: int) -> Any:
         """Return a camera ray through a point in the pixel."""
         at = self.draws.next()
-        if self.width is not None:
-            at = self.mi.Point2f(at.x * self.width, at.y)
+        if self.spread is not None:
+            at = self.mi.Point2f(at.x * self.spread[0], at.y * self.spread[1])
         return _primary(self.mi, self.pixel, at, camera, size)
 
 

@@ -1,6 +1,6 @@
 """The fraction of its light that the ground keeps around a person.
 
-It is traced separately from the picture, in cells that are as wide as deep on the ground.
+It is traced separately from the picture, in cells of a few pixels.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from a2v.types import FloatArray, IntArray
 
 _WIDEST = 4
 """Largest number of pixels of a row in a cell."""
-_TALL = 2
-"""Number of rows in a cell, away from contacts with the ground."""
+_FINE = 384
+"""In pictures of at least this size (pixels), cells have two rows, and two columns near contacts
+with the ground; in smaller ones that would blur the shadows visibly."""
 
 _BORDER = 2
 """Number of extra cells on each side of the shown ones for the denoiser."""
@@ -53,15 +54,15 @@ def kept_light(
 
     It is 1 where nobody changes the light. The ground's light is smooth and its pattern is known.
     So it is traced in cells of several pixels of a row (also behind the person), denoised as a
-    separate picture if `clean`, and smoothly enlarged. Near contacts with the ground it is traced
-    pixel by pixel. At the largest cell width only half of `samples` are traced.
+    separate picture if `clean`, and smoothly enlarged. Near contacts with the ground the cells are
+    smaller.
     """
     size = len(empty.ground)
     kept = np.ones((size, size, 3), np.float32)
-    wide = cell_width(camera)
+    wide, many = cell_width(camera), 2 if size >= _FINE else 1
     parts = [
         _Cells.of(weight, (tall, each))
-        for weight, tall, each in ((found.weight, _TALL, wide), (found.contact, 1, 2))
+        for weight, tall, each in ((found.weight, many, wide), (found.contact, 1, many))
         if weight.any()
     ]
     if not parts:

@@ -186,8 +186,7 @@ class Renderer:
         hit = alpha > 0
         finest = self._rim(tracer, alpha, camera)
         window, layers = traced.laid(pixels, size)
-        inside = denoise_person(*layers) if self.settings.denoise else layers[0]
-        color[window] = inside[: size - window[0].start, : size - window[1].start]
+        color[window] = denoise_person(*layers) if self.settings.denoise else layers[0]
         color *= (finest / np.where(hit, alpha, 1))[..., None]
         person = np.where(hit, finest, np.float32(0))
         return _Parts(

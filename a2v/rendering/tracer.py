@@ -44,28 +44,22 @@ class Traced:
     ) -> tuple[tuple[slice, slice], tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
         """Lay out the values of `pixels` (N,) in the part of a picture that they need.
 
-        Returns the part's rows and columns in a picture of `size` x `size` pixels, and color,
-        albedo and normal (h, w, 3) and person (h, w) in it; 0 in other pixels. Rows and columns
-        begin at even numbers. h and w are even; at an odd `size` they may exceed the picture by 1.
+        Returns the part's rows and columns in a picture of `size` x `size` pixels (even), and
+        color, albedo and normal (h, w, 3) and person (h, w) in it; 0 in other pixels. The part
+        begins at even rows and columns, and h and w are even.
         """
         rows, columns = np.divmod(pixels, size)
         top, left = (int(at.min()) // 2 * 2 for at in (rows, columns))
-        h, w = (
-            -(-(int(at.max()) + 1 - low) // 2) * 2 for at, low in ((rows, top), (columns, left))
-        )
-        at = (rows - top) * w + columns - left
+        bottom, right = ((int(at.max()) // 2 + 1) * 2 for at in (rows, columns))
+        shape = bottom - top, right - left
+        at = (rows - top) * shape[1] + columns - left
         laid = []
         for values in (self.color, self.albedo, self.normal, self.person):
-            layer = np.zeros((h * w, *values.shape[1:]), np.float32)
+            layer = np.zeros((shape[0] * shape[1], *values.shape[1:]), np.float32)
             layer[at] = values
-            laid.append(layer.reshape(h, w, *values.shape[1:]))
+            laid.append(layer.reshape(*shape, *values.shape[1:]))
         color, albedo, normal, person = laid
-        return (slice(top, min(top + h, size)), slice(left, min(left + w, size))), (
-            color,
-            albedo,
-            normal,
-            person,
-        )
+        return (slice(top, bottom), slice(left, right)), (color, albedo, normal, person)
 
 
 class Tracer:

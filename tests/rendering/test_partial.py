@@ -147,7 +147,7 @@ def test_the_light_is_the_path_tracers(
     )
 
 
-@pytest.mark.parametrize("size", [16, 50, 97])
+@pytest.mark.parametrize("size", [16, 50, 98])
 def test_odd_sizes(surface: Surface, size: int) -> None:
     settings = dataclasses.replace(SETTINGS, size=size, spp=3)
     made = Renderer(surface, settings)

@@ -80,14 +80,15 @@ def denoise_person(
     own = normal / np.maximum(person, 1e-6)[..., None]
     made = np.zeros_like(color)
     for y, x in itertools.product((0, 1), repeat=2):
-        total, weights = np.zeros((*shape[::-1], 3), np.float32), np.float32(1e-8)
+        total = np.zeros((*shape[::-1], 3), np.float32)
+        weights = np.full(shape[::-1], 1e-8, np.float32)
         for down, right in itertools.product((y, y + 1), (x, x + 1)):
             window = slice(down, down + shape[1]), slice(right, right + shape[0])
             near = np.float32((0.75 if down == 1 else 0.25) * (0.75 if right == 1 else 0.25))
             off = np.square(own[y::2, x::2] - normals[window]).sum(axis=-1)
             weight = near * (np.exp(off * (-0.5 / _ALIKE**2)) + np.float32(1e-4)) * seen[window]
             total += weight[..., None] * light[window]
-            weights = weights + weight
+            weights += weight
         made[y::2, x::2] = total / weights[..., None]
     return np.asarray(made * albedo, np.float32)
 

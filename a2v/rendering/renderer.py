@@ -190,7 +190,7 @@ class Renderer:
         color *= (finest / np.where(hit, alpha, 1))[..., None]
         person = np.where(hit, finest, np.float32(0))
         return _Parts(
-            picture=color + (1 - person)[..., None] * base,
+            picture=np.asarray(color + (1 - person)[..., None] * base, np.float32),
             kept=kept,
             color=color,
             person=person,

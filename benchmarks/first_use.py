@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Error, Page, sync_playwright
 
 from tests.support.page import find_browser
 
@@ -37,9 +37,11 @@ FLAGS = (
 LIMIT = 3600.0
 """Seconds after which the use of the page is given up."""
 POLL_MILLISECONDS = 200
-COUNT_CLICKS = """addEventListener("click", event => {
-  if (event.isTrusted && event.detail) sessionStorage.clicks = Number(sessionStorage.clicks || 0) + 1;
-}, true);"""  # a label's click reaches its input again with detail 0
+COUNT_CLICKS = """addEventListener("pointerdown", event => {
+  if (event.isTrusted) sessionStorage.clicks = Number(sessionStorage.clicks || 0) + 1;
+}, true);"""
+"""Script that counts presses of the mouse; a label hands its click on to its input, which would
+count twice."""
 
 
 @dataclass(frozen=True)
@@ -131,12 +133,21 @@ def use(
         until(f".job .now img[src*=stage_{stage}], .job .now iframe, .badge.done", stage)
         note(stage)
     until(".job .now iframe, .badge.done", "moving")
-    if page.locator(".job .now iframe").count():
-        page.frame_locator(".job .now iframe").locator("body[data-state=ready]").wait_for()
+    while not _moves(page) and not page.locator(".badge.done").count():
+        watch("moving")
+        page.wait_for_timeout(POLL_MILLISECONDS)
     note("character moves")
     until(".badge.done, .badge.failed", "rendering")
     note("clip")
     return found
+
+
+def _moves(page: Page) -> bool:
+    """Return whether the character is drawn on the card of a running job."""
+    frame = page.frame_locator(".job .now iframe")
+    with contextlib.suppress(Error):
+        return frame.locator("body[data-state=ready]").count() > 0
+    return False
 
 
 def main() -> int:

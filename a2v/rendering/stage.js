@@ -22,7 +22,7 @@ function makeStage(element, home) {
   floor.rotation.x = -Math.PI / 2;
   floor.receiveShadow = true;
   floor.material.depthWrite = false;  // or it would hide the lines under it
-  const light = new THREE.GridHelper(40, 80, 0x6b7278, 0x868d93), dark = new THREE.GridHelper(40, 80, 0x66707a, 0x4a535b);
+  const light = new THREE.GridHelper(40, 80, 0x6b7278, 0x868d93), dark = new THREE.GridHelper(40, 80, 0x4a525a, 0x3a4149);
   light.position.y = dark.position.y = -0.002;
   scene.add(floor, light, dark);
   // the page's style decides on the background, light or dark

@@ -27,7 +27,8 @@ STYLE = (
     "body{font-family:system-ui,sans-serif;margin:1.5em;background:var(--page);color:var(--ink)}"
     ".table{overflow-x:auto}table{border-collapse:collapse}"
     "td,th{padding:2px;font-weight:normal;text-align:center}th.m{text-align:right;padding-right:.7em}"
-    "img,video{width:180px;display:block}:focus-visible{outline:3px solid #3d7fd6;outline-offset:2px}"
+    "img,video{width:180px;display:block}"
+    ":focus-visible{outline:3px solid #3d7fd6;outline-offset:2px}"
 )
 
 

@@ -78,7 +78,6 @@ function showPhoto(photo) {
   mask.hidden = !seen || !byId("show-mask").checked;
   bones.toggleAttribute("hidden", !seen || !byId("show-bones").checked);  // an SVG has no property of that name
   if (seen) drawBones(bones, photo);
-  byId("layers-row").hidden = photo.status === "looking";
   byId("correct").hidden = !seen;
   byId("further").hidden = !seen;
   byId("more-photos").replaceChildren(...photo.more.map((digest, index) => make("img", { src: `photos/${photo.id}/more-${index + 1}.jpg?${digest}`, alt: `further photo ${index + 1}` })));

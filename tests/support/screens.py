@@ -224,7 +224,6 @@ def show(page: Page, screens: Screens, address: str, name: str) -> None:
     if told is not None:
         screens.serve(page, screens.state(**told))
     page.goto(address)
-    page.reload()
     page.locator("body[data-ready=yes]").wait_for()
     if told is not None:
         page.locator("#shown[src]").wait_for()

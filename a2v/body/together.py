@@ -112,9 +112,9 @@ class _Together:
         share = dataclasses.replace(settings, shape_weight=settings.shape_weight / count)
         parts, objectives, samples, unknowns = [], [], [], []
         for number, (subject, fit) in enumerate(zip(subjects, fits, strict=True)):
-            evidence = dataclasses.replace(
-                gather_evidence(subject, settings), view=View.of(fit.camera)
-            )
+            evidence = gather_evidence(subject, settings)
+            if surfaces is not None:
+                evidence = dataclasses.replace(evidence, view=View.of(fit.camera))
             sample = (
                 None
                 if surfaces is None
@@ -200,12 +200,14 @@ class _Together:
         import torch
 
         free = [self.unknowns[0].shape]
-        for own in self.unknowns:
+        for one, own in zip(self.objectives, self.unknowns, strict=True):
             free += [own.root, own.translation, own.angles]
             if own.log_scale.requires_grad:
                 free.append(own.log_scale)
                 if own.view.distance > 0:
                     free.append(own.pitch)
+                    if one.evidence.distance_spread > 0:
+                        free.append(own.log_distance)
 
         def loss() -> Tensor:
             values = [

@@ -106,7 +106,7 @@ def follow_person(
             )
 
     moves = _fitted(track, settings, fitted)
-    motion = _motion(moves, track, action=action or Path(path).stem)
+    motion = grounded_motion(moves.joints, track.times, action=action or Path(path).stem)
     hands = _hands(own, track, moves, motion.frames)
     motion = motion if hands is None else with_hands(motion, hands)
     faces = _faces(own, track, motion.frames)
@@ -243,11 +243,20 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     )
 
 
-def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
-    """Resample to 30 frames per second, put the joints on the ground and plant the feet."""
+def grounded_motion(tracked: FloatArray, times: FloatArray, *, action: str) -> Motion:
+    """Resample joints to 30 frames per second, put them on the ground and plant the feet.
+
+    Parameters
+    ----------
+    tracked : (T, J, 3)
+        `a2v.footage.figure.JOINTS`, meters, y up.
+    times : (T,)
+        Seconds, increasing.
+    action : str
+    """
     skeleton = person_skeleton()
-    lengths = np.median(bone_lengths(moves.joints, skeleton), axis=0)
-    joints = on_lengths(evenly(moves.joints, track.times, SHOWN_FPS), skeleton, lengths)
+    lengths = np.median(bone_lengths(tracked, skeleton), axis=0)
+    joints = on_lengths(evenly(tracked, times, SHOWN_FPS), skeleton, lengths)
     joints[..., 1] -= _ground(joints)
     joints -= joints[0, 0] * np.array([1.0, 0.0, 1.0])
     planted = plant_feet(joints, skeleton, SHOWN_FPS, settings=PLANTED).astype(np.float64)

@@ -66,6 +66,7 @@ def write_page(
     video: bytes | str | os.PathLike[str] | None = None,
     *,
     title: str = "a2v",
+    live: bool = False,
 ) -> None:
     """Write an HTML page with an animated character that can be turned, and a video beside it.
 
@@ -83,6 +84,8 @@ def write_page(
         An MP4.
     title : str
         Heading of the page.
+    live : bool
+        Take poses from the page in which this page is a frame (``live.js``).
 
     Raises
     ------
@@ -90,7 +93,7 @@ def write_page(
         `character` is not a binary glTF, `video` is not an MP4, or both together are too large for
         a page.
     """
-    pieces = _pieces(_data(character), b"" if video is None else _data(video), title)
+    pieces = _pieces(_data(character), b"" if video is None else _data(video), title, live)
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.writelines(pieces)
 
@@ -100,7 +103,7 @@ def page_of(glb: bytes, film: bytes = b"", *, title: str = "a2v") -> str:
     return b"".join(_pieces(glb, film, title)).decode()
 
 
-def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
+def _pieces(glb: bytes, film: bytes, title: str, live: bool = False) -> list[bytes]:
     """Return the parts of a page. As one string it would be copied several times on the way to a
     file."""
     if glb[:4] != b"glTF":
@@ -116,6 +119,7 @@ def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
         "title": html.escape(title).encode(),
         "layout": b"both" if film else b"alone",
         "glb": base64.b64encode(glb),
+        "live": Path(__file__).with_name("live.js").read_bytes() if live else b"",
         "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>'
         % (base64.b64encode(film), _PLAYER)
         if film
@@ -132,7 +136,7 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
     """Return the page's template: pieces of text, each after the name of the content that precedes
     it."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
-    words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|visemes)\b", text)
+    words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|live|visemes)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
     scripts = {
         "viewer": viewer_script(),

@@ -8,10 +8,11 @@ import os
 import secrets
 import socket
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
@@ -21,6 +22,9 @@ from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, option
 from pipelines.requests.video import VideoRequest
+
+if TYPE_CHECKING:
+    from a2v.types import Character
 
 HELP = "Serve a web page on this machine: choose a photo and an action, watch the progress, turn the character and download the files."
 EXAMPLES = """examples:
@@ -35,6 +39,8 @@ LOCAL = "127.0.0.1"
 PORT = 8420
 COMPUTE = "from pipelines.commands.serve import compute; compute()"
 """Program of the page's child processes."""
+DRIVE = "from pipelines.commands.serve import drive; drive()"
+"""Program of the live mode."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +53,9 @@ class Options:
     )
     port: int = option("port on 127.0.0.1; 0 for any free port", default=PORT)
     browser: bool = flag("open the page in the browser")
+    vmc: int = option(
+        "port on 127.0.0.1 to which the live mode sends VMC (usually 39539); 0 for none", default=0
+    )
     workers: int | None = option("number of processes (default: one per core)", default=None)
     cache: str | None = option(
         "folder of cached results (default: $A2V_CACHE, else ~/.cache/a2v)",
@@ -61,12 +70,15 @@ def run(options: Options) -> Answer:
 
     if options.workers is not None and options.workers < 1:
         raise InputError(f"workers is {options.workers}; expected 1 or more")
+    if not 0 <= options.vmc <= 65535:
+        raise InputError(f"vmc is {options.vmc}; expected a port, 1 to 65535, or 0 for none")
     keep_files_private()  # Only the user may read photos, videos and the token.
     folder = _private(options.folder)
     Store(options.cache).prepare()
     with _only_one(folder), _listening(options.port) as listener:
         from pipelines.serve.app import make_app
         from pipelines.serve.desk import Desk
+        from pipelines.serve.live import Live
         from pipelines.serve.records import Library
         from pipelines.serve.wire import MAX_CONNECTIONS, protocol
 
@@ -80,11 +92,8 @@ def run(options: Options) -> Answer:
             if options.browser:
                 _open(folder, address)
 
-        app = make_app(
-            Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers),
-            token,
-            ready,
-        )
+        desk = Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers)
+        app = make_app(desk, Live(desk, DRIVE, options.vmc), token, ready)
         config = uvicorn.Config(
             app,
             loop="asyncio",
@@ -134,6 +143,25 @@ def compute() -> None:
         return character.write_animated(target, animated, rigging, EngineOptions(), avatar)
 
     main(make, write)
+
+
+def drive() -> None:
+    """Run as the child process of the live mode."""
+    from pipelines.serve.live_child import main
+    from pipelines.serve.wishes import Wish
+    from pipelines.serve.worker import Watched
+
+    def find(task: Mapping[str, Any]) -> Character:
+        from a2v.types import Character
+
+        wish = Wish.of(task["wish"])
+        request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
+        resolved = request.resolve(Store(task["cache"]))
+        running = Watched(cache=task["cache"], quiet=True)
+        outcome = running.run("engine_character", resolved.parameters, graph=resolved.graph)
+        return outcome.get("engine_character", Character)
+
+    main(find)
 
 
 def _private(asked: str | None) -> Path:

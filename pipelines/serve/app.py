@@ -30,6 +30,8 @@ from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, read_json, save_photo, title
 from pipelines.serve.guard import Guard
+from pipelines.serve.live import Live
+from pipelines.serve.live_child import LIVE
 from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
 from pipelines.serve.stages import STAGES
 from pipelines.serve.talk import CORRECTIONS, ORIGINAL
@@ -45,7 +47,7 @@ CLIPS = (".mp4", ".webm", ".mov", ".m4v")
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
 
 
-def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
+def make_app(desk: Desk, live: Live, token: str, ready: Callable[[], None]) -> Guard:
     """Make the application behind its guard.
 
     `ready` is called once the application has started. The server handles signals.
@@ -54,21 +56,24 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
         desk.start()
+        resting = asyncio.create_task(live.rest())
         ready()
         yield
-        await desk.close()
+        resting.cancel()
+        await asyncio.gather(desk.close(), live.close())
 
     handlers = {A2VError: failed, HTTPException: refused}
     return Guard(
-        Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token
+        Starlette(routes=Handlers(desk, live).routes(), lifespan=life, exception_handlers=handlers),
+        token,
     )
 
 
 class Handlers:
     """The handler of each address."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, desk: Desk, live: Live) -> None:
+        self._desk, self._live = desk, live
         self._arriving = 0
         self._background: set[asyncio.Task[None]] = set()
 
@@ -102,6 +107,7 @@ class Handlers:
             Route("/api/jobs/{id}", self.remove_job, methods=delete),
             Route("/api/jobs/{id}/cancel", self.cancel, methods=post),
             Route("/api/jobs/{id}/again", self.again, methods=post),
+            *self._live.routes(self._job),
             Route("/photos/{id}/{name}", self.photo_file, methods=get),
             Route("/jobs/{id}/all.zip", self.everything, methods=get),
             Route("/jobs/{id}/{name:path}", self.job_file, methods=get),
@@ -349,7 +355,7 @@ class Handlers:
     async def job_file(self, request: Request) -> Response:
         """Serve one result of a job."""
         job, name = self._job(request), request.path_params["name"]
-        if name not in job.files and name not in (TURN, *STAGES.values()):
+        if name not in job.files and name not in (TURN, LIVE, *STAGES.values()):
             raise HTTPException(404, "there is no such file")
         download = Path(name).name if "download" in request.query_params else None
         return file_answer(self._library.place(job) / name, self._library.folder, download=download)

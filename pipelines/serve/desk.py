@@ -170,14 +170,14 @@ class Desk:
         """
         if job.status != "done":
             raise InputError("this video is not made yet")
-        photo = self.library.photos[job.photo]
-        task = {"task": "export", **self._asked(job, photo), "rig": rig, "format": suffix}
+        task = {"task": "export", **self.task_of(job), "rig": rig, "format": suffix}
         done = await self._serve(job, task)
         job.files = job.files | done["files"]
         self.library.keep(job)
 
-    def _asked(self, job: Job, photo: Photo) -> dict[str, Any]:
+    def task_of(self, job: Job) -> dict[str, Any]:
         """Return the entries of a task for a job: folder, store, wish, and the person's files."""
+        photo = self.library.photos[job.photo]
         own = self.library.place(photo)
         more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
         corrections = str(own / CORRECTIONS) if photo.corrected else None
@@ -318,7 +318,7 @@ class Desk:
         self.library.keep(job)
         task = {
             "task": "video",
-            **self._asked(job, photo),
+            **self.task_of(job),
             "known": photo.known,
             "times": self._times(),
             "workers": self._workers,

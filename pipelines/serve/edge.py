@@ -75,16 +75,28 @@ async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, An
     HTTPException
         413: the request is too long; 408: it does not arrive.
     """
-    data = bytearray()
-    async for part in _parts(request, limit, "the request is too long"):
-        data += part
+    data = await read_data(request, limit, "the request is too long")
     if not data:
         raise InputError("the request is empty; expected an object")
-    said = parse_json(bytes(data), "the request", "an object")
+    said = parse_json(data, "the request", "an object")
     if not isinstance(said, dict):
         raise InputError("the request is not a JSON object")
     found: Mapping[str, Any] = clean(said)
     return found
+
+
+async def read_data(request: Request, limit: int, too_large: str) -> bytes:
+    """Return the body of a request of at most `limit` bytes.
+
+    Raises
+    ------
+    HTTPException
+        413: the request is too long, with the message `too_large`; 408: it does not arrive.
+    """
+    data = bytearray()
+    async for part in _parts(request, limit, too_large):
+        data += part
+    return bytes(data)
 
 
 async def save_photo(

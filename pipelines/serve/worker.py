@@ -20,6 +20,7 @@ from pipelines.inputs import RunOptions
 from pipelines.requests.video import VideoRequest, photo_parameters
 from pipelines.serve.clock import STILL, Clock
 from pipelines.serve.fitting import outline, saved
+from pipelines.serve.live_child import LIVE
 from pipelines.serve.records import MASK
 from pipelines.serve.stages import STAGES, pictures
 from pipelines.serve.talk import ORIGINAL, Tell, answer
@@ -253,7 +254,7 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-    hidden = ("job.json", TURN, *STAGES.values())
+    hidden = ("job.json", TURN, LIVE, *STAGES.values())
     return {
         "files": {
             name: size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,14 +29,13 @@ def found(clip: Path) -> tuple[Followed, Moves]:
     """The detections in the video, and the bodies before feet are planted."""
     kept: list[Moves] = []
     with pytest.MonkeyPatch.context() as patch:
-        plain = follow._motion
-        patch.setattr(
-            follow,
-            "_motion",
-            lambda moves, track, *, action: (
-                kept.append(moves) or plain(moves, track, action=action)
-            ),
-        )
+        plain = follow._fitted
+
+        def fitted(*given: Any) -> Moves:
+            kept.append(plain(*given))
+            return kept[-1]
+
+        patch.setattr(follow, "_fitted", fitted)
         made = follow.follow_person(clip, QUICK)
     return made, kept[0]
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from pipelines.serve.app import make_app
 from pipelines.serve.desk import Desk
+from pipelines.serve.live import Live
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
 from tests.support.hostile import FEW, TEXTS, VALUES, Tally, count, edited, owes_a_sentence, trees
@@ -84,7 +85,7 @@ def page() -> Iterator[tuple[Any, str, str]]:
         job.status = "failed"
         library.keep(job)
         desk = Desk(library, "", cache=str(Path(folder) / "store"))
-        yield make_app(desk, TOKEN, lambda: None), photo.id, job.id
+        yield make_app(desk, Live(desk, ""), TOKEN, lambda: None), photo.id, job.id
         LOOP.run_until_complete(desk.close())
         places = ("photos", "jobs", "incoming", "removed")
         assert {path.name for place in places for path in (Path(folder) / place).glob("*")} == {

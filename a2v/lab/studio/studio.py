@@ -24,16 +24,16 @@ from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guide
 from a2v.lab.studio.makehuman.dressing import Dresser, dress
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
 from a2v.lab.studio.makehuman.people import Wardrobes
-from a2v.lab.studio.photograph import Around, Photograph, light_scene, photograph_scene
 from a2v.lab.studio.pose_source import PoseSource
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.poses import draw_pose
 from a2v.lab.studio.quick.settings import QuickSettings
-from a2v.lab.studio.samples import sample_space, sample_surface
+from a2v.lab.studio.samples import sample_space
 from a2v.lab.studio.scene import Dressed, FaceKinds, Scene, draw_scene, sort_faces
 from a2v.lab.studio.settings import VERSION, StudioSettings
-from a2v.lab.studio.stand import Sitting, prepare_avatar
+from a2v.lab.studio.shot import Shot, photograph
+from a2v.lab.studio.stand import prepare_avatar
 from a2v.lab.studio.streams import Stream
 from a2v.lab.studio.things.backgrounds import Backgrounds
 from a2v.lab.studio.things.clutter import Clutter
@@ -254,6 +254,23 @@ class Studio:
         truth of reconstructions."""
         return self.scene(split, index).surface
 
+    def shot(self, split: str, index: int, scene: Scene) -> Shot:
+        """Make the photo of a scene, with samples of the person's surface.
+
+        Photo and samples are those of `view`, in a tenth of the time.
+        """
+        return self._shot(split, index, scene, self._chance(split, index, scene))
+
+    def _shot(self, split: str, index: int, scene: Scene, generator: np.random.Generator) -> Shot:
+        backdrop = np.random.default_rng(
+            [self.settings.seed, SPLITS.index(split), index, Stream.BACKDROP]
+        )
+        return photograph(scene, self.settings.surface_points, generator, backdrop)
+
+    def _chance(self, split: str, index: int, scene: Scene) -> np.random.Generator:
+        """Return the generator of a scene's photo."""
+        return np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
+
     def view(self, split: str, index: int, scene: Scene | None = None) -> View:
         """Make view `index` of a split; the same settings, split and index give the same view.
 
@@ -264,18 +281,11 @@ class Studio:
         InputError
             See `scene`.
         """
-        settings, scene = self.settings, scene or self.scene(split, index)
-        generator = np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
-        surface = scene.surface
-        rays = RayScene(surface.vertices, surface.faces)
-        fore, rear = _see_both_sides(rays, scene.normals, scene, MAP_SIZE)
-        photo, rays = _photograph(
-            scene,
-            rays,
-            fore,
-            generator,
-            np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.BACKDROP]),
-        )
+        scene = scene or self.scene(split, index)
+        generator = self._chance(split, index, scene)
+        shot = self._shot(split, index, scene, generator)
+        photo, fore, on, solid = shot.photo, shot.fore, shot.samples, shot.solid
+        rear = side_view(shot.rays, scene.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, -1)
         guide = scene.guide, scene.guide_faces
         guide_normals = vertex_normals(*guide).astype(np.float32)
         guide_rays = RayScene(*guide)
@@ -288,12 +298,10 @@ class Studio:
         ):
             for side, seen in zip(("front", "back"), pair, strict=True):
                 maps |= {
-                    f"{start}normals_{side}": _pack(seen.normals),
+                    f"{start}normals_{side}": packed_normals(seen.normals),
                     f"{start}depth_{side}": seen.depth,
                 }
-        solid = scene.solid()
-        on = sample_surface(scene, solid, rays, photo.gain, settings.surface_points, generator)
-        points = sample_space(scene, solid, settings, generator)
+        points = sample_space(scene, solid, self.settings, generator)
         both = np.concatenate([points, on.points])
         guide_distance, guide_at = signed_distance_and_normals(
             *guide, guide_normals, guide_rays, both
@@ -305,19 +313,19 @@ class Studio:
             points=points,
             distance=solid.signed_distance(points).astype(np.float16),
             guide_distance=guide_distance[here].astype(np.float16),
-            guide_normals=_pack(guide_at[here]),
+            guide_normals=packed_normals(guide_at[here]),
             surface_points=on.points,
-            surface_normals=_pack(on.normals),
+            surface_normals=packed_normals(on.normals),
             surface_colors=on.colors,
             surface_visible=on.visible,
             surface_parts=on.parts,
             surface_guide_distance=guide_distance[there].astype(np.float16),
-            surface_guide_normals=_pack(guide_at[there]),
+            surface_guide_normals=packed_normals(guide_at[there]),
             guide_vertices=scene.guide,
             avatar=scene.avatar,
             gain=photo.gain.astype(np.float32),
             yaw=scene.yaw,
-            seed=settings.seed,
+            seed=self.settings.seed,
             index=index,
             split=split,
             provenance={"version": VERSION, "pose": scene.pose}
@@ -332,30 +340,6 @@ class Studio:
                 "set's folder to make them again"
             )
         return self.guides[key]
-
-
-def _photograph(
-    scene: Scene,
-    rays: RayScene,
-    fore: SideView,
-    generator: np.random.Generator,
-    chance: np.random.Generator,
-) -> tuple[Photograph, RayScene]:
-    """Return the photo of a scene, and the rays of everything in it.
-
-    `rays` and the front view `fore` are of the person alone. `chance` draws the photograph in the
-    background, if there is one; `generator` draws everything else.
-    """
-    shown: Sitting = scene
-    if scene.shown is not None:
-        shown, surface = scene.shown, scene.shown.surface
-        rays = RayScene(surface.vertices, surface.faces)
-        fore = side_view(rays, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
-    behind = (
-        scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
-    )
-    lit = light_scene(rays, shown, fore, generator)
-    return photograph_scene(rays, shown, fore, lit, generator, around=Around(behind)), rays
 
 
 def _see_both_sides(
@@ -381,6 +365,6 @@ def _see_parts(scene: Scene, fore: SideView) -> IntArray:
     return parts.reshape(MAP_SIZE, MAP_SIZE)
 
 
-def _pack(normals: FloatArray) -> IntArray:
+def packed_normals(normals: FloatArray) -> IntArray:
     """Return unit normals as int8, where 127 is 1."""
     return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)

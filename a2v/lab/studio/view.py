@@ -239,6 +239,14 @@ def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolAr
     return np.asarray(np.isfinite(front) & (whole > own))
 
 
+def jpeg_of(image: ByteArray, quality: int) -> ByteArray:
+    """Return the JPEG file (n,) uint8 of an RGB image (H, W, 3)."""
+    import cv2
+
+    code = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return np.asarray(code, np.uint8).ravel()
+
+
 def encode_pictures(
     image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
@@ -246,9 +254,7 @@ def encode_pictures(
     `things` may be missing."""
     import cv2
 
-    encoded = {
-        "image": cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
-    }
+    encoded = {"image": jpeg_of(image, quality)}
     for name, (_, kind) in _MAPS.items():
         if name == _OPTIONAL and name not in maps:
             continue

@@ -1,5 +1,6 @@
 // One video: how far it is, and what came out.
 import { sureness } from "./correct.js";
+import { liveControls } from "./live.js";
 import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const STATUS = { waiting: "waiting", running: "being made", done: "done", failed: "failed", cancelled: "cancelled" };
@@ -187,7 +188,7 @@ export class JobCard {
   character() {
     const frame = make("iframe", { src: this.address("turn.html"), title: "the character: drag to turn" });
     frame.setAttribute("sandbox", "allow-scripts");
-    return [frame];
+    return [frame, ...liveControls(this.id, frame, this.changed)];
   }
 
   /** This performance beside another one of the same action. */
@@ -245,7 +246,7 @@ export class JobCard {
     for (const name of names.filter(one => !one.startsWith("frame/"))) {
       const row = make("tr"), where = make("td");
       where.append(make("a", { href: `${this.address(name)}?download`, download: name }, name));
-      row.append(where, make("td", {}, ABOUT[name] || (name.startsWith("exports/") ? "the character for another tool, with this motion" : "a single view")), make("td", {}, size(this.job.files[name])));
+      row.append(where, make("td", {}, ABOUT[name] || (name.startsWith("exports/") ? "the character for another tool, with this motion" : name.startsWith("live/") ? (name.endsWith(".bvh") ? "a motion recorded live" : "the character with a motion recorded live") : "a single view")), make("td", {}, size(this.job.files[name])));
       body.append(row);
     }
     const all = make("a", { className: "button", href: this.address("all.zip"), download: "a2v.zip" }, "Download all as a zip");

@@ -12,7 +12,7 @@ from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
 from a2v.lab.studio.posing import POSED_BONES
 from a2v.lab.studio.quick.bank import PoseBank
-from a2v.lab.studio.studio import Studio
+from a2v.lab.studio.studio import Studio, packed_normals
 from a2v.lab.studio.variation import split_of
 from a2v.lab.studio.view import View
 
@@ -112,6 +112,14 @@ def test_colors_are_what_the_photo_shows_on_average(view: View) -> None:
     bright = said.mean(axis=1) > 0.02
     assert 0.75 < np.median(photo[bright].mean(axis=1) / said[bright].mean(axis=1)) < 1.35
     assert np.corrcoef(photo.mean(axis=1), said.mean(axis=1))[0, 1] > 0.6
+
+
+def test_a_shot_has_the_photo_and_the_surface_of_the_view(studio: Studio, view: View) -> None:
+    shot = studio.shot("training", 1, studio.scene("training", 1))
+    assert np.array_equal(shot.image, view.image)
+    assert np.array_equal(shot.photo.mask, view.mask)
+    assert np.array_equal(shot.samples.points, view.surface_points)
+    assert np.array_equal(packed_normals(shot.samples.normals), view.surface_normals)
 
 
 def test_the_same_seed_gives_the_same_view(

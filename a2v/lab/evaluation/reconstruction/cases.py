@@ -18,7 +18,7 @@ from a2v.lab.evaluation.reconstruction.panels import CAMERAS, Pin
 from a2v.lab.evaluation.reconstruction.settings import SPLIT
 from a2v.lab.studio.guide_errors import GuideErrors
 from a2v.lab.studio.settings import VERSION, StudioSettings
-from a2v.lab.studio.studio import Studio
+from a2v.lab.studio.studio import Studio, packed_normals
 from a2v.record import Record
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, PhotoCamera, Surface
 
@@ -134,23 +134,24 @@ def open_case(
     if path is not None and path.exists():
         return Case.load(path)
     scene = studio.scene(SPLIT, pin.index, avatar=pin.avatar, stance=pin.stance, turn=turn)
-    view = studio.view(SPLIT, pin.index, scene)
+    shot = studio.shot(SPLIT, pin.index, scene)
+    image, samples = shot.image, shot.samples
     case = Case(
-        name=view.avatar,
+        name=scene.avatar,
         index=pin.index,
-        image=view.image,
-        mask=view.mask,
-        camera=view.camera,
-        surface=lit_by(scene.surface, view.gain),
+        image=image,
+        mask=shot.photo.mask,
+        camera=scene.camera,
+        surface=lit_by(scene.surface, shot.photo.gain.astype(np.float32)),
         normals=scene.normals,
-        outer=scene.solid().outer,
-        points=view.surface_points,
-        point_normals=unit(view.surface_normals.astype(np.float32), least=1e-9),
+        outer=shot.solid.outer,
+        points=samples.points,
+        point_normals=unit(packed_normals(samples.normals).astype(np.float32), least=1e-9),
         landmarks=scene.landmarks,
         facts={
             "pose": scene.pose,
-            "yaw": round(view.yaw, 1),
-            "sha256": sha256(view.image.tobytes()),
+            "yaw": round(scene.yaw, 1),
+            "sha256": sha256(image.tobytes()),
         },
     )
     if path is not None:

@@ -4,7 +4,9 @@
 in action, used during development; `report` has other people, for final figures. `final` has the
 people of `report` in other photos, and people of MakeHuman in skins, clothes and hair that are in
 no training data, half of them in action; it was made after the design, to be measured once. `phone`
-has more people of MakeHuman, seen by near cameras. Each photo is drawn from its number alone.
+has more people of MakeHuman, seen by near cameras. `distant` has the standing people of `phone` in
+other poses, seen from so far away that the photos are orthographic. Each photo is drawn from its
+number alone.
 """
 
 from __future__ import annotations
@@ -64,6 +66,8 @@ _PHONE = (
     "phone-18 50007 standing"
 )
 
+_DISTANT = ", ".join(f"phone-{11 + number} {51000 + number} standing" for number in range(8))
+
 
 @dataclass(frozen=True)
 class Pin:
@@ -90,12 +94,13 @@ PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType(
         "report": read_pins(_REPORT),
         "final": read_pins(_FINAL),
         "phone": read_pins(_PHONE),
+        "distant": read_pins(_DISTANT),
     }
 )
 """The lists of photos by name."""
 
 CAMERAS: Mapping[str, tuple[tuple[float, float], tuple[float, float]]] = MappingProxyType(
-    {"phone": ((1.5, 4.0), (1.2, 1.7))}
+    {"phone": ((1.5, 4.0), (1.2, 1.7)), "distant": ((500.0, 1000.0), (1.2, 1.7))}
 )
 """Ranges of the distance and the height of the cameras of a panel, meters, if they differ from
 those of the studio (`StudioSettings`)."""

@@ -1,0 +1,149 @@
+"""The live mode of the page: a camera of this machine drives a finished character."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import secrets
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from a2v.errors import InputError
+from pipelines.serve.answers import Told, public
+from pipelines.serve.child import Child
+from pipelines.serve.desk import Desk
+from pipelines.serve.edge import read_data, read_json
+from pipelines.serve.records import Job
+
+MAX_FRAME = 512 << 10
+"""Largest number of bytes of a camera frame."""
+MAX_WAITING = 3
+"""Largest number of frames that wait for an answer."""
+FRAME_SECONDS = 20.0
+"""Longest time in seconds for a frame; the first ones fit the body's shape."""
+OPEN_SECONDS = 600.0
+"""Longest time in seconds to load the character."""
+IDLE_SECONDS = 60.0
+"""Time in seconds without a frame after which the session ends."""
+
+
+class Live:
+    """One live session at a time, in a child process of its own.
+
+    Parameters
+    ----------
+    desk : Desk
+        Its jobs are driven.
+    code : see `Child`
+    vmc : port of a program that receives VMC on this machine; 0 sends nothing
+    """
+
+    def __init__(self, desk: Desk, code: str, vmc: int = 0) -> None:
+        self._desk, self._child, self._vmc = desk, Child(code), vmc
+        self._session, self._job, self._waiting = "", "", 0
+        self._used = 0.0
+
+    def routes(self, job_of: Callable[[Request], Job]) -> list[Route]:
+        """Return the routes below the token. `job_of` finds the job of a request."""
+
+        async def open_session(request: Request) -> Response:
+            return Told(await self.open(job_of(request)), status_code=201)
+
+        async def frame(request: Request) -> Response:
+            self._check(request)
+            data = await read_data(request, MAX_FRAME, "the frame is too large")
+            return Told(await self.frame(data, _time_of(request)))
+
+        async def record(request: Request) -> Response:
+            self._check(request)
+            said = await read_json(request)
+            return Told(await self.record(bool(said.get("on"))))
+
+        async def close(request: Request) -> Response:
+            self._check(request)
+            await self.close()
+            return Told({})
+
+        return [
+            Route("/api/jobs/{id}/live", open_session, methods=["POST"]),
+            Route("/api/live/{session}/frame", frame, methods=["POST"]),
+            Route("/api/live/{session}/record", record, methods=["POST"]),
+            Route("/api/live/{session}", close, methods=["DELETE"]),
+        ]
+
+    async def open(self, job: Job) -> dict[str, Any]:
+        """Load a finished job's character and return the name of the session.
+
+        An earlier session ends.
+
+        Raises
+        ------
+        InputError
+            The job is not finished, or its character cannot be loaded.
+        """
+        if job.status != "done":
+            raise InputError("this video is not made yet")
+        await self.close()
+        task = {"task": "open", "vmc": self._vmc, **self._desk.task_of(job)}
+        await self._do(task, OPEN_SECONDS)
+        self._session, self._job, self._used = secrets.token_hex(8), job.id, time.monotonic()
+        return {"session": self._session, "vmc": self._vmc}
+
+    async def frame(self, jpeg: bytes, at: float) -> dict[str, Any]:
+        """Return the pose of the character for a camera frame at `at` seconds."""
+        if self._waiting >= MAX_WAITING:
+            raise HTTPException(429, "too many frames at the same time; wait for their answers")
+        self._waiting += 1
+        self._used = time.monotonic()
+        try:
+            task = {"task": "frame", "time": at, "jpeg": base64.b64encode(jpeg).decode()}
+            return await self._do(task, FRAME_SECONDS)
+        finally:
+            self._waiting -= 1
+
+    async def record(self, on: bool) -> dict[str, Any]:
+        """Start a recording; or stop it and add its files to those of the job."""
+        done = await self._do({"task": "record" if on else "keep"}, OPEN_SECONDS)
+        job = self._desk.library.jobs.get(self._job)
+        if on or job is None:
+            return {}
+        job.files = job.files | done["files"]
+        self._desk.library.keep(job)
+        return public(job)
+
+    async def close(self) -> None:
+        """End the session and its process."""
+        self._session = ""
+        await self._child.stop()
+
+    async def rest(self) -> None:
+        """End a session without frames, forever."""
+        while True:
+            await asyncio.sleep(5.0)
+            if self._session and time.monotonic() - self._used > IDLE_SECONDS:
+                await self.close()
+
+    def _check(self, request: Request) -> None:
+        given = request.path_params["session"]
+        if not self._session or not secrets.compare_digest(given.encode(), self._session.encode()):
+            raise HTTPException(404, "this live session has ended; start it again")
+
+    async def _do(self, task: Mapping[str, Any], limit: float) -> dict[str, Any]:
+        answer = await self._child.do(task, limit=limit)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        done: dict[str, Any] = answer["done"]
+        return done
+
+
+def _time_of(request: Request) -> float:
+    try:
+        return float(request.query_params.get("time", "nan"))
+    except ValueError:
+        raise InputError("time is not a number; expected seconds") from None

@@ -35,7 +35,7 @@ from a2v.reconstruction.color import ColorSettings
 from a2v.reconstruction.colorings import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import PreviewStyle, preview_surface
-from a2v.types import Body, Reconstruction, Surface
+from a2v.types import Body, Reconstruction
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
 from pipelines.run import run
@@ -172,22 +172,17 @@ plt.contour(across, deep, bare.reshape(across.shape), [0.0], colors="tab:green",
 plt.title("field (black: its surface; green: the guide)", fontsize=9)
 # %% [markdown]
 # ## The surface and its colors
-# Marching cubes turns the field into triangles, coarse to fine, one closed piece. It is simplified
-# to 16,000 triangles here, so that the cells below are quick. The photo colors the side that it
-# shows. Three ways to color the rest stand beside each other. The pipeline also continues cloth,
-# hair and skin over the unseen side and removes the photo's shading (leave `settings` out).
-# `body_prior_surface(subject, body, camera)` makes a surface without a network.
+# Marching cubes turns the field into triangles, coarse to fine, one closed piece. The photo colors
+# the side that it shows. Three ways to color the rest stand beside each other. The pipeline also
+# continues cloth, hair and skin over the unseen side and removes the photo's shading (leave
+# `settings` out). `body_prior_surface(subject, body, camera)` makes a surface without a network.
 
 # %%
 surface = implicit_surface(
     subject,
     body,
     camera,
-    settings=ImplicitSettings(resolution=200, vertices=25_000, snap=0),
-)
-light = simplify(surface.vertices, surface.faces, 16_000)
-surface = Surface(
-    vertices=surface.vertices[light.kept], faces=light.faces, colors=surface.colors[light.kept]
+    settings=ImplicitSettings(resolution=200, vertices=25_000),
 )
 made = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
 only_equation = ColorSettings(texture=0, synthesis=False, delight=False)
@@ -311,6 +306,7 @@ for name, colors in versions.items():
 # ## To turn with the mouse
 
 # %%
-colors = (ours.colors * 255).astype(np.uint8)
-mesh = trimesh.Trimesh(ours.vertices, ours.faces, vertex_colors=colors, process=False)
+light = simplify(ours.vertices, ours.faces, 20_000)
+colors = (ours.colors[light.kept] * 255).astype(np.uint8)
+mesh = trimesh.Trimesh(ours.vertices[light.kept], light.faces, vertex_colors=colors, process=False)
 trimesh.Scene(mesh).show(viewer="jupyter")

@@ -17,7 +17,8 @@ import numpy as np
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.lamps import Lamps
 from a2v.rendering.matter import Hit
-from a2v.rendering.opaque import opaque_integer, opaque_number, opaque_numbers
+from a2v.rendering.opaque import opaque_integer
+from a2v.rendering.samples import Draws, Lanes
 from a2v.rendering.scene import LookSettings
 from a2v.types import FloatArray, IntArray
 
@@ -98,7 +99,7 @@ class Tracer:
         sample.
         """
 
-        def light(lanes: _Lanes) -> list[Any]:
+        def light(lanes: Lanes) -> list[Any]:
             return self._light(
                 lanes.pair(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
@@ -117,7 +118,7 @@ class Tracer:
         """Return the fraction (N,) of each pixel that the person covers."""
         import drjit as dr
 
-        def seen(lanes: _Lanes) -> list[Any]:
+        def seen(lanes: Lanes) -> list[Any]:
             si = self._scene.ray_intersect_preliminary(lanes.ray(camera, size))
             return [
                 dr.select(
@@ -144,7 +145,7 @@ class Tracer:
         each of `pixels` (N,) to the right and down; NaN where no ray meets the ground.
         """
 
-        def light(lanes: _Lanes) -> list[Any]:
+        def light(lanes: Lanes) -> list[Any]:
             return self._under(
                 lanes.ray(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
@@ -153,7 +154,7 @@ class Tracer:
 
     def _means(
         self,
-        light: Callable[[_Lanes], list[Any]],
+        light: Callable[[Lanes], list[Any]],
         pixels: IntArray,
         samples: int,
         seed: int,
@@ -177,7 +178,7 @@ class Tracer:
             lane = dr.arange(mi.UInt32, len(part) * samples)
             slot = lane // count
             pixel = dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot)
-            draws = _Draws(
+            draws = Draws(
                 mi,
                 lane - slot * count,
                 pixel,
@@ -193,14 +194,14 @@ class Tracer:
                     for side in sides.T
                 ]
             )
-            found = light(_Lanes(mi, pixel, spread, draws))
+            found = light(Lanes(mi, pixel, spread, draws))
             dr.eval(found)
             parts.append(
                 np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1)
             )
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
-    def _light(self, rays: list[Any], draws: _Draws, lamps: Lamps) -> list[Any]:
+    def _light(self, rays: list[Any], draws: Draws, lamps: Lamps) -> list[Any]:
         """Return the person's light (3), albedo (3), normal (3) and hits, summed over two rays."""
         import drjit as dr
 
@@ -231,7 +232,7 @@ class Tracer:
             ]
         return sums
 
-    def _under(self, ray: Any, draws: _Draws, lamps: Lamps) -> list[Any]:
+    def _under(self, ray: Any, draws: Draws, lamps: Lamps) -> list[Any]:
         """Return the irradiance over pi (3) where rays meet the plane of the ground, NaN
         elsewhere."""
         import drjit as dr
@@ -264,7 +265,7 @@ class Tracer:
         return light, gloss
 
     def _indirect(
-        self, si: Any, normal: Any, draws: _Draws, lamps: Lamps, hit: Any
+        self, si: Any, normal: Any, draws: Draws, lamps: Lamps, hit: Any
     ) -> tuple[Any, Any, Any]:
         """Sample one sky direction: irradiance over pi from the sky or from its occluder.
 
@@ -337,75 +338,3 @@ class Tracer:
                 index, direction = index >> 1, direction ^ (direction >> 1)
             self._table = mi.UInt32(value.astype(np.uint32))
         return self._table
-
-
-class _Draws:
-    """Points of Sobol's sequence in the unit square, scrambled separately for each pixel and each
-    pair of dimensions.
-
-    The points are stratified within a pixel.
-    """
-
-    def __init__(self, mi: Any, index: Any, pixel: Any, mask: Any, seed: Any, table: Any) -> None:
-        self._mi, self._index, self._mask, self._table = mi, index, mask, table
-        self._key, _ = mi.sample_tea_32(pixel, seed)
-        self._pair = 0
-
-    def next(self) -> Any:
-        """Return the next Point2f in [0, 1)."""
-        return self._point(self._scrambled(), self._index, self._mask)
-
-    def pair(self) -> list[Any]:
-        """Return the next two points, from a sequence of twice as many per pixel."""
-        keys = self._scrambled()
-        return [self._point(keys, self._index * 2 + which, self._mask * 2 + 1) for which in (0, 1)]
-
-    def _scrambled(self) -> tuple[Any, Any]:
-        self._pair += 1
-        one, two = self._mi.sample_tea_32(self._key, self._mi.UInt32(self._pair))
-        return one, two
-
-    def _point(self, keys: tuple[Any, Any], index: Any, mask: Any) -> Any:
-        import drjit as dr
-
-        one, two = keys
-        at = index ^ (
-            (two >> 7) & mask
-        )  # shuffle each pair of dimensions differently; otherwise they would be correlated
-        bits = dr.brev(at) ^ one, dr.gather(self._mi.UInt32, self._table, at) ^ two
-        return self._mi.Point2f(*(self._mi.Float(part >> 8) * (1 / (1 << 24)) for part in bits))
-
-
-@dataclass(frozen=True)
-class _Lanes:
-    """The samples of a launch: their pixels, the columns and rows of pixels that they spread over
-    (None: one pixel), and their draws."""
-
-    mi: Any
-    pixel: Any
-    spread: Any
-    draws: _Draws
-
-    def pair(self, camera: ViewCamera, size: int) -> list[Any]:
-        """Return two camera rays through points in the pixel."""
-        return [_primary(self.mi, self.pixel, at, camera, size) for at in self.draws.pair()]
-
-    def ray(self, camera: ViewCamera, size: int) -> Any:
-        """Return a camera ray through a point in the pixel."""
-        at = self.draws.next()
-        if self.spread is not None:
-            at = self.mi.Point2f(at.x * self.spread[0], at.y * self.spread[1])
-        return _primary(self.mi, self.pixel, at, camera, size)
-
-
-def _primary(mi: Any, pixel: Any, at: Any, camera: ViewCamera, size: int) -> Any:
-    import drjit as dr
-
-    width, half = opaque_integer(mi, size), opaque_number(mi, size / 2)
-    unit = opaque_number(mi, np.tan(np.radians(camera.fov) / 2) / (size / 2))
-    right, up, backward = (mi.Vector3f(*opaque_numbers(mi, axis)) for axis in camera.axes)
-    u, v = mi.Float(pixel % width) + at.x - half, mi.Float(pixel // width) + at.y - half
-    return mi.Ray3f(
-        mi.Point3f(*opaque_numbers(mi, camera.origin)),
-        dr.normalize(right * (u * unit) - up * (v * unit) - backward),
-    )

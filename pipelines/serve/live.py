@@ -25,11 +25,11 @@ MAX_FRAME = 512 << 10
 """Largest number of bytes of a camera frame."""
 MAX_WAITING = 3
 """Largest number of frames that wait for an answer."""
-FRAME_SECONDS = 20.0
+FRAME_SECONDS = 60.0
 """Longest time in seconds for a frame; the first ones fit the body's shape."""
 OPEN_SECONDS = 600.0
 """Longest time in seconds to load the character."""
-IDLE_SECONDS = 60.0
+IDLE_SECONDS = 180.0
 """Time in seconds without a frame after which the session ends."""
 
 

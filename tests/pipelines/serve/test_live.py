@@ -163,7 +163,7 @@ def test_the_button_drives_the_character(tmp_path: Path) -> None:
         time.sleep(3)
         page.get_by_role("button", name="Keep the recording").click()
         expect(page.locator(".live + p")).to_contain_text("among the files", timeout=120_000)
-        page.get_by_role("button", name="Stop").click()
+        page.get_by_role("button", name="Stop", exact=True).click()
         page.get_by_role("tab", name="Files").click()
         expect(page.get_by_role("link", name="live/live-1.glb")).to_be_visible()
         assert errors == []

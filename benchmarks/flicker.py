@@ -10,6 +10,7 @@ denoising.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import time
 from pathlib import Path
@@ -81,7 +82,8 @@ def main() -> None:
     settings = RenderSettings(size=options.size, spp=8, threads=1)
     deformer, renderer = ArapDeformer(character), Renderer(character.surface, settings)
     vertices = np.stack([deformer(t) for t in swing(character, options.frames, options.fps)])
-    cameras = follow_cameras(vertices, settings, smoothing=1e6)["front"]
+    still = dataclasses.replace(settings, follow=False)
+    cameras = follow_cameras(vertices, still)["front"]
 
     def shown(layers: Layers, clean: bool) -> FloatArray:
         return 255 * linear_to_srgb(denoise(layers) if clean else layers.color)

@@ -72,28 +72,31 @@ table.write_text(
     "name,photo,action,seed,frames\n"
     + "".join(f"walk-{seed},{PHOTO},Walk,{seed},{FRAMES}\n" for seed in range(2))
 )
-options = ("--out", folder / "batch", "--size", SIZE, "--spp", 1, "--views", "front")
+# "body-prior" makes the surface without networks; leave it out for the default
+quick = ("--backend", "body-prior", "--size", SIZE, "--spp", 1)
+options = ("--out", folder / "batch", *quick, "--views", "front")
+known = {}
 for run in ("first", "second"):
-    before = os.times()
-    out, _ = a2v("batch", table, *options)
-    after = os.times()
-    used = after.children_user + after.children_system
-    used -= before.children_user + before.children_system
-    print(f"{run} run: {used:.1f} s of processor time; {out.strip().splitlines()[-1][-80:]}")
-print(sorted(path.relative_to(folder).as_posix() for path in folder.rglob("front.mp4")))
+    a2v("batch", table, *options)
+    films = {path: path.stat().st_mtime_ns for path in (folder / "batch").rglob("front.mp4")}
+    new = [path for path, changed in films.items() if known.get(path) != changed]
+    print(f"{run} run: {len(new)} of {len(films)} films are new")
+    known = films
+print(sorted(path.relative_to(folder).as_posix() for path in known))
 
 # %% [markdown]
 # ## The same video by several methods
 # `a2v compare` makes one page with every method's films, and below them the same frames of all. Two
 # methods here do without parts of the pipeline: `warp` moves the photo's pixels with the body in
-# two dimensions, and `mirror` paints the front on the back. Add `pifu` to `METHODS` for the surface
-# that the papers' way gives.
+# two dimensions, and `mirror` paints the front on the back. All three start from the body here,
+# without surface networks. Add `pifu` to `METHODS` for the default's surface; `papers` takes your
+# own checkpoints of PIFu and PIFuHD.
 
 # %%
 METHODS = ("body-prior", "warp", "mirror")
 _, told = a2v(
     "compare", "--photo", PHOTO, "--action", "Walk", "--methods", ",".join(METHODS),
-    "--size", SIZE, "--spp", 1, "--frames", FRAMES, "--views", "front,back", "--shown", 3,
+    *quick, "--frames", FRAMES, "--views", "front,back", "--shown", 3,
     "--survey", folder / "survey.html", "--out", folder / "sheet.html",
 )  # fmt: skip
 print("\n".join(line for line in told.splitlines() if line.startswith("method")))

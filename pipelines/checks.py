@@ -280,6 +280,7 @@ EXTRAS = {
     "dask": ("distributed", "runs nodes on a Dask cluster"),
     "ray": ("ray", "runs nodes on a Ray cluster"),
     "notebooks": ("ipywidgets", "notebooks with widgets"),
+    "vmc": ("pythonosc", "sends live poses to programs for VRM avatars"),
 }
 """Optional parts by extra: a module that shows whether it is installed, and what it does."""
 

@@ -19,7 +19,7 @@ from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_tw
 from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
+from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_like, skin_of_hands
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import face_paint
@@ -323,8 +323,9 @@ def _continued(
     face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
     outer = shown.main & ~shown.mouth
     _, skin = seen_face(photo.subject, pixels, mesh.colors, known=outer, head=_head(spots))
-    if skin is None:  # the back of a head: use the skin of the hands
-        skin = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
+    if skin is None or not skin_like(skin):  # the back of a head, or hair over the cheeks
+        hands = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
+        skin = skin if hands is None else hands
     square = known & (
         shown.trust > 0.9
     )  # at grazing angles colors are mixed with those of the background and of what is in front

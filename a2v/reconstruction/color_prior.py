@@ -95,6 +95,13 @@ def seen_face(
     return face, np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else None
 
 
+def skin_like(color: FloatArray) -> bool:
+    """Return whether a color (3,) may be that of a face in any light: black hair and gray masks in
+    front of the cheeks are too gray, and green or blue light is rare."""
+    _, a, b = lab_of(color)
+    return bool(np.hypot(a, b) > 5 and -10 < np.degrees(np.arctan2(b, a)) < 95)
+
+
 def skin_of_hands(colors: FloatArray) -> FloatArray | None:
     """Return the color (3,) of the skin from the colors of the hands (n, 3).
 

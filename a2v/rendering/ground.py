@@ -1,6 +1,6 @@
 """The fraction of its light that the ground keeps around a person.
 
-It is traced separately from the picture, in cells that are as wide as deep on the ground.
+It is traced separately from the picture, in cells of a few pixels.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from a2v.types import FloatArray, IntArray
 
 _WIDEST = 4
 """Largest number of pixels of a row in a cell."""
+_FINE = 384
+"""In pictures of at least this size (pixels), cells have two rows, and two columns near contacts
+with the ground; in smaller ones that would blur the shadows visibly."""
 
-_BORDER = 8
+_BORDER = 2
 """Number of extra cells on each side of the shown ones for the denoiser."""
 _GRAIN = 16
 """The denoised part begins at multiples of this number of cells, the denoiser's own raster.
@@ -51,25 +54,27 @@ def kept_light(
 
     It is 1 where nobody changes the light. The ground's light is smooth and its pattern is known.
     So it is traced in cells of several pixels of a row (also behind the person), denoised as a
-    separate picture if `clean`, and smoothly enlarged. Near contacts with the ground it is traced
-    pixel by pixel. At the largest cell width only half of `samples` are traced.
+    separate picture if `clean`, and smoothly enlarged. Near contacts with the ground the cells are
+    smaller.
     """
     size = len(empty.ground)
     kept = np.ones((size, size, 3), np.float32)
-    wide = cell_width(camera)
+    wide, many = cell_width(camera), 2 if size >= _FINE else 1
     parts = [
-        _Cells.of(weight, each)
-        for weight, each in ((found.weight, wide), (found.contact, 1))
+        _Cells.of(weight, (tall, each))
+        for weight, tall, each in ((found.weight, many, wide), (found.contact, 1, many))
         if weight.any()
     ]
     if not parts:
         return kept
-    first = np.concatenate([part.rows * size + part.columns * part.wide for part in parts])
-    steps = np.repeat([part.wide for part in parts], [len(part.rows) for part in parts])
+    first = np.concatenate(
+        [part.rows * part.tall * size + part.columns * part.wide for part in parts]
+    )
+    sides = np.repeat(
+        [(part.wide, part.tall) for part in parts], [len(part.rows) for part in parts], axis=0
+    )
     light, at = (
-        tracer.on_ground(
-            first, steps, samples if wide < _WIDEST else -(-samples // 2), camera, size, seed
-        ),
+        tracer.on_ground(first, sides, samples, camera, size, seed),
         0,
     )
     for part in parts:
@@ -80,20 +85,25 @@ def kept_light(
 
 @dataclass(frozen=True, kw_only=True)
 class _Cells:
-    """Cells of `wide` pixels of a row where `weight` (H, W) is above 0, at `rows` and `columns`
-    (N,)."""
+    """Cells of `tall` rows and `wide` columns of pixels where `weight` (H, W) is above 0.
+
+    `rows` and `columns` (N,) are counted in cells.
+    """
 
     weight: FloatArray
+    tall: int
     wide: int
     rows: IntArray
     columns: IntArray
 
     @classmethod
-    def of(cls, weight: FloatArray, wide: int) -> _Cells:
-        rows, columns = np.nonzero(
-            np.maximum.reduceat(weight, np.arange(0, len(weight), wide), axis=1)
-        )
-        return cls(weight=weight, wide=wide, rows=rows, columns=columns)
+    def of(cls, weight: FloatArray, sides: tuple[int, int]) -> _Cells:
+        most = weight
+        for axis, side in enumerate(sides):
+            if side > 1:
+                most = np.maximum.reduceat(most, np.arange(0, len(weight), side), axis=axis)
+        rows, columns = np.nonzero(most)
+        return cls(weight=weight, tall=sides[0], wide=sides[1], rows=rows, columns=columns)
 
     def lay(self, light: FloatArray, empty: Empty, kept: FloatArray, clean: bool) -> None:
         """Blend the kept fraction of the empty stage's light into `kept` (H, W, 3), by weight.
@@ -102,28 +112,30 @@ class _Cells:
         """
         import cv2
 
-        size, wide = len(kept), self.wide
-        middle = np.minimum(self.columns * wide + wide // 2, size - 1)
-        share = light / np.maximum(empty.light[self.rows, middle], 1e-6)
-        top, left = (
-            max(0, (int(at.min()) - _BORDER) // _GRAIN * _GRAIN) for at in (self.rows, self.columns)
+        size = len(kept)
+        sides = self.tall, self.wide
+        middle = [
+            np.minimum(at * side + side // 2, size - 1)
+            for at, side in zip((self.rows, self.columns), sides, strict=True)
+        ]
+        share = light / np.maximum(empty.light[middle[0], middle[1]], 1e-6)
+        spans = []
+        for at, side in zip((self.rows, self.columns), sides, strict=True):
+            low = max(0, (int(at.min()) - _BORDER) // _GRAIN * _GRAIN)
+            high = -(-(int(at.max()) + 1 + _BORDER) // _GRAIN) * _GRAIN
+            spans.append((low, min(-(-size // side), high)))
+        (top, bottom), (left, right) = spans
+        window = (
+            slice(top * self.tall, bottom * self.tall),
+            slice(left * self.wide, right * self.wide),
         )
-        ends = ((self.rows, size), (self.columns, -(-size // wide)))
-        bottom, right = (
-            min(most, -(-(int(at.max()) + 1 + _BORDER) // _GRAIN) * _GRAIN) for at, most in ends
-        )
-        cells = np.ascontiguousarray(kept[top:bottom, left * wide : right * wide : wide])
+        cells = np.ascontiguousarray(kept[window][:: self.tall, :: self.wide])
         cells[self.rows - top, self.columns - left] = np.where(np.isfinite(share), share, 1)
         if clean:
             cells = denoise_plain(cells)
-        part = kept[top:bottom, left * wide : right * wide]
-        whole = (
-            cells
-            if wide == 1
-            else cv2.resize(
-                cells, ((right - left) * wide, bottom - top), interpolation=cv2.INTER_LINEAR
-            )
-        )
-        part += self.weight[top:bottom, left * wide : right * wide, None] * (
-            whole[:, : part.shape[1]] - part
-        )
+        part = kept[window]
+        whole = cells
+        if sides != (1, 1):
+            shape = (right - left) * self.wide, (bottom - top) * self.tall
+            whole = cv2.resize(cells, shape, interpolation=cv2.INTER_LINEAR)
+        part += self.weight[window][..., None] * (whole[: len(part), : part.shape[1]] - part)

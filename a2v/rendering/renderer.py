@@ -12,12 +12,12 @@ from a2v.errors import InputError
 from a2v.geometry.colors import srgb_bytes
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.cutout import LUMINANCE, Cutout, behind, continued
-from a2v.rendering.denoising import Layers, denoise, denoise_parts
+from a2v.rendering.denoising import Layers, denoise, denoise_person
 from a2v.rendering.empty import Empty, empty_stage, rays
 from a2v.rendering.ground import kept_light
 from a2v.rendering.matter import matter_of
 from a2v.rendering.person_mesh import mesh_object, render_mesh
-from a2v.rendering.region import boxes, region
+from a2v.rendering.region import region
 from a2v.rendering.scene import LookSettings, stage
 from a2v.rendering.shown import Shown
 from a2v.rendering.tracer import Tracer
@@ -29,15 +29,16 @@ from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 class _Parts:
     """A linear picture (H, W, 3) and its parts.
 
-    `base` (H, W, 3) is the stage with only the person's shadow, `kept` (H, W, 3) the fraction of
-    its light that the ground keeps, and `person` (H, W) the fraction of the pixel's samples that
-    hit the person.
+    `kept` (H, W, 3) is the fraction of the stage's light that the ground keeps. `alpha` (H, W) is
+    the fraction of each pixel that the person covers, `person` (H, W) the same, but 0 where the
+    person's color was not sampled, and `color` (H, W, 3) is that color times `person`.
     """
 
     picture: FloatArray
-    base: FloatArray
     kept: FloatArray
+    color: FloatArray
     person: FloatArray
+    alpha: FloatArray
 
 
 class Renderer:
@@ -175,20 +176,26 @@ class Renderer:
         kept = kept_light(
             tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise
         )
-        base, person = empty.color * kept, np.zeros((size, size), np.float32)
+        base = empty.color * kept
+        alpha, color = np.zeros((size, size), np.float32), np.zeros_like(base)
         pixels = np.flatnonzero(found.person)
         if len(pixels) == 0:
-            return _Parts(picture=base, base=base, kept=kept, person=person)
+            return _Parts(picture=base, kept=kept, color=color, person=alpha, alpha=alpha)
         traced = tracer.trace(pixels, -(-self.settings.spp // 2) * 2, camera, size, seed)
-        person.reshape(-1)[pixels] = traced.person
-        picture, albedo = base.copy(), empty.albedo.copy()
-        rest = (1 - traced.person)[:, None]
-        for layer, seen in ((picture, traced.color), (albedo, traced.albedo)):
-            flat = layer.reshape(-1, 3)
-            flat[pixels] = seen + rest * flat[pixels]
-        if self.settings.denoise:
-            picture = denoise_parts(picture, albedo, person > 0, boxes(person > 0))
-        return _Parts(picture=picture, base=base, kept=kept, person=person)
+        alpha.reshape(-1)[pixels] = traced.person
+        hit = alpha > 0
+        finest = self._rim(tracer, alpha, camera)
+        window, layers = traced.laid(pixels, size)
+        color[window] = denoise_person(*layers) if self.settings.denoise else layers[0]
+        color *= (finest / np.where(hit, alpha, 1))[..., None]
+        person = np.where(hit, finest, np.float32(0))
+        return _Parts(
+            picture=np.asarray(color + (1 - person)[..., None] * base, np.float32),
+            kept=kept,
+            color=color,
+            person=person,
+            alpha=finest,
+        )
 
     def _empty_stage(self, camera: ViewCamera) -> Empty:
         """Return the empty stage; cached for a camera that stands still."""
@@ -216,13 +223,7 @@ class Renderer:
         """
         if self._tracer is not None:
             parts = self._parts(self._tracer, vertices, camera)
-            person = np.maximum(parts.picture - (1 - parts.person)[..., None] * parts.base, 0)
-            return Cutout.of(
-                person,
-                parts.person,
-                self._rim(self._tracer, parts.person, camera),
-                parts.kept @ LUMINANCE,
-            )
+            return Cutout.of(parts.color, parts.person, parts.alpha, parts.kept @ LUMINANCE)
         whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
         if self._empty is None or self._empty.camera != camera or self._ground is None:
             mi = activate(self.variant, self.settings.threads)
@@ -246,10 +247,7 @@ class Renderer:
         self, tracer: Tracer, person: FloatArray, camera: ViewCamera, *, samples: int = 32
     ) -> FloatArray:
         """Return the fraction of each pixel that the person covers (H, W), with more samples along
-        the rim.
-
-        The rim shows when the person is composited over another picture.
-        """
+        the rim, which is not denoised."""
         import cv2
 
         square, alpha = np.ones((3, 3), np.uint8), person.copy()

@@ -8,8 +8,8 @@ function makeStage(element, home) {
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
 
   const scene = new THREE.Scene();
-  scene.background = new THREE.Color(0xc9ced3);
-  scene.fog = new THREE.Fog(0xc9ced3, 8, 22);
+  scene.background = new THREE.Color();
+  scene.fog = new THREE.Fog(0, 8, 22);
   scene.add(new THREE.HemisphereLight(0xffffff, 0xb9b4ac, 0.75));
   const sun = new THREE.DirectionalLight(0xfff4e6, 0.55);
   sun.castShadow = true;
@@ -22,9 +22,19 @@ function makeStage(element, home) {
   floor.rotation.x = -Math.PI / 2;
   floor.receiveShadow = true;
   floor.material.depthWrite = false;  // or it would hide the lines under it
-  const grid = new THREE.GridHelper(40, 80, 0x6b7278, 0x868d93);
-  grid.position.y = -0.002;
-  scene.add(floor, grid);
+  const light = new THREE.GridHelper(40, 80, 0x6b7278, 0x868d93), dark = new THREE.GridHelper(40, 80, 0x4a525a, 0x3a4149);
+  light.position.y = dark.position.y = -0.002;
+  scene.add(floor, light, dark);
+  // the page's style decides on the background, light or dark
+  const night = window.matchMedia("(prefers-color-scheme: dark)");
+  const dress = () => {
+    scene.background.set(getComputedStyle(element).backgroundColor);
+    scene.fog.color.copy(scene.background);
+    dark.visible = night.matches;
+    light.visible = !night.matches;
+  };
+  night.addEventListener("change", dress);
+  dress();
 
   const view = { ...home };
   const camera = new THREE.PerspectiveCamera(30, 1, 0.05, 100);

@@ -17,7 +17,8 @@ import numpy as np
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.lamps import Lamps
 from a2v.rendering.matter import Hit
-from a2v.rendering.opaque import opaque_integer, opaque_number, opaque_numbers
+from a2v.rendering.opaque import opaque_integer
+from a2v.rendering.samples import Draws, Lanes
 from a2v.rendering.scene import LookSettings
 from a2v.types import FloatArray, IntArray
 
@@ -30,12 +31,36 @@ class Traced:
     """Means over the samples of each of N pixels, float32.
 
     `person` (N,) is the fraction of samples that hit the person. `color` (N, 3) is the person's
-    linear light and `albedo` (N, 3) its reflectance, both times `person`.
+    linear light, `albedo` (N, 3) its reflectance and `normal` (N, 3) its shading normal on the
+    visible side, all times `person`.
     """
 
     color: FloatArray
     albedo: FloatArray
+    normal: FloatArray
     person: FloatArray
+
+    def laid(
+        self, pixels: IntArray, size: int
+    ) -> tuple[tuple[slice, slice], tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
+        """Lay out the values of `pixels` (N,) in the part of a picture that they need.
+
+        Returns the part's rows and columns in a picture of `size` x `size` pixels (even), and
+        color, albedo and normal (h, w, 3) and person (h, w) in it; 0 in other pixels. The part
+        begins at even rows and columns, and h and w are even.
+        """
+        rows, columns = np.divmod(pixels, size)
+        top, left = (int(at.min()) // 2 * 2 for at in (rows, columns))
+        bottom, right = ((int(at.max()) // 2 + 1) * 2 for at in (rows, columns))
+        shape = bottom - top, right - left
+        at = (rows - top) * shape[1] + columns - left
+        laid = []
+        for values in (self.color, self.albedo, self.normal, self.person):
+            layer = np.zeros((shape[0] * shape[1], *values.shape[1:]), np.float32)
+            layer[at] = values
+            laid.append(layer.reshape(*shape, *values.shape[1:]))
+        color, albedo, normal, person = laid
+        return (slice(top, bottom), slice(left, right)), (color, albedo, normal, person)
 
 
 class Tracer:
@@ -74,13 +99,18 @@ class Tracer:
         sample.
         """
 
-        def light(lanes: _Lanes) -> list[Any]:
+        def light(lanes: Lanes) -> list[Any]:
             return self._light(
                 lanes.pair(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
         means = self._means(light, pixels, samples // 2, seed) / 2
-        return Traced(color=np.maximum(means[:, :3], 0), albedo=means[:, 3:6], person=means[:, 6])
+        return Traced(
+            color=np.maximum(means[:, :3], 0),
+            albedo=means[:, 3:6],
+            normal=means[:, 6:9],
+            person=means[:, 9],
+        )
 
     def covered(
         self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
@@ -88,7 +118,7 @@ class Tracer:
         """Return the fraction (N,) of each pixel that the person covers."""
         import drjit as dr
 
-        def seen(lanes: _Lanes) -> list[Any]:
+        def seen(lanes: Lanes) -> list[Any]:
             si = self._scene.ray_intersect_preliminary(lanes.ray(camera, size))
             return [
                 dr.select(
@@ -103,7 +133,7 @@ class Tracer:
     def on_ground(
         self,
         pixels: IntArray,
-        steps: IntArray,
+        sides: IntArray,
         samples: int,
         camera: ViewCamera,
         size: int,
@@ -111,28 +141,28 @@ class Tracer:
     ) -> FloatArray:
         """Return the irradiance over pi (N, 3) of the ground, also behind occluders.
 
-        Each value is the mean over `steps` (N,) pixels, from each of `pixels` (N,) to the right;
-        NaN where no ray meets the ground.
+        Each value is the mean over a rectangle of `sides` (N, 2), columns and rows of pixels, from
+        each of `pixels` (N,) to the right and down; NaN where no ray meets the ground.
         """
 
-        def light(lanes: _Lanes) -> list[Any]:
+        def light(lanes: Lanes) -> list[Any]:
             return self._under(
                 lanes.ray(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
-        return self._means(light, pixels, samples, seed, steps)
+        return self._means(light, pixels, samples, seed, sides)
 
     def _means(
         self,
-        light: Callable[[_Lanes], list[Any]],
+        light: Callable[[Lanes], list[Any]],
         pixels: IntArray,
         samples: int,
         seed: int,
-        steps: IntArray | None = None,
+        sides: IntArray | None = None,
     ) -> FloatArray:
         """Return means (N, K) of the K values of `light` over the samples of each pixel.
 
-        With `steps` (N,), the samples of an item spread over this number of pixels.
+        With `sides` (N, 2), the samples of an item spread over a rectangle of pixels.
         """
         import drjit as dr
 
@@ -148,7 +178,7 @@ class Tracer:
             lane = dr.arange(mi.UInt32, len(part) * samples)
             slot = lane // count
             pixel = dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot)
-            draws = _Draws(
+            draws = Draws(
                 mi,
                 lane - slot * count,
                 pixel,
@@ -156,20 +186,23 @@ class Tracer:
                 opaque_integer(mi, seed),
                 self._sobol(mi, 2 * mask + 2),
             )
-            width = (
+            spread = (
                 None
-                if steps is None
-                else dr.gather(mi.Float, mi.Float(steps[at : at + step].astype(np.float32)), slot)
+                if sides is None
+                else [
+                    dr.gather(mi.Float, mi.Float(side[at : at + step].astype(np.float32)), slot)
+                    for side in sides.T
+                ]
             )
-            found = light(_Lanes(mi, pixel, width, draws))
+            found = light(Lanes(mi, pixel, spread, draws))
             dr.eval(found)
             parts.append(
                 np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1)
             )
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
-    def _light(self, rays: list[Any], draws: _Draws, lamps: Lamps) -> list[Any]:
-        """Return the person's light (3), albedo (3) and hits, summed over two camera rays."""
+    def _light(self, rays: list[Any], draws: Draws, lamps: Lamps) -> list[Any]:
+        """Return the person's light (3), albedo (3), normal (3) and hits, summed over two rays."""
         import drjit as dr
 
         mi, seen = self._mi, []
@@ -187,19 +220,19 @@ class Tracer:
             dr.select(second, b, a) for a, b in ((one.p, two.p), (one.n, two.n), (normal, other))
         )
         around, _, free = self._indirect(where, facing, draws, lamps, seen[0][0] | second)
-        sums: list[Any] = [mi.Float(0)] * 7
-        for hit, _, albedo, _, made, (light, gloss) in seen:
+        sums: list[Any] = [mi.Float(0)] * 10
+        for hit, _, albedo, normal, made, (light, gloss) in seen:
             if made is not None:
                 way, share = made.mirrored()
                 gloss = gloss + dr.select(free, share * lamps.sky(way), 0.0)
-            values = [*((light + around) * albedo + gloss), *albedo, mi.Float(1)]
+            values = [*((light + around) * albedo + gloss), *albedo, *normal, mi.Float(1)]
             sums = [
                 total + dr.select(hit, value, 0.0)
                 for total, value in zip(sums, values, strict=True)
             ]
         return sums
 
-    def _under(self, ray: Any, draws: _Draws, lamps: Lamps) -> list[Any]:
+    def _under(self, ray: Any, draws: Draws, lamps: Lamps) -> list[Any]:
         """Return the irradiance over pi (3) where rays meet the plane of the ground, NaN
         elsewhere."""
         import drjit as dr
@@ -232,7 +265,7 @@ class Tracer:
         return light, gloss
 
     def _indirect(
-        self, si: Any, normal: Any, draws: _Draws, lamps: Lamps, hit: Any
+        self, si: Any, normal: Any, draws: Draws, lamps: Lamps, hit: Any
     ) -> tuple[Any, Any, Any]:
         """Sample one sky direction: irradiance over pi from the sky or from its occluder.
 
@@ -305,75 +338,3 @@ class Tracer:
                 index, direction = index >> 1, direction ^ (direction >> 1)
             self._table = mi.UInt32(value.astype(np.uint32))
         return self._table
-
-
-class _Draws:
-    """Points of Sobol's sequence in the unit square, scrambled separately for each pixel and each
-    pair of dimensions.
-
-    The points are stratified within a pixel.
-    """
-
-    def __init__(self, mi: Any, index: Any, pixel: Any, mask: Any, seed: Any, table: Any) -> None:
-        self._mi, self._index, self._mask, self._table = mi, index, mask, table
-        self._key, _ = mi.sample_tea_32(pixel, seed)
-        self._pair = 0
-
-    def next(self) -> Any:
-        """Return the next Point2f in [0, 1)."""
-        return self._point(self._scrambled(), self._index, self._mask)
-
-    def pair(self) -> list[Any]:
-        """Return the next two points, from a sequence of twice as many per pixel."""
-        keys = self._scrambled()
-        return [self._point(keys, self._index * 2 + which, self._mask * 2 + 1) for which in (0, 1)]
-
-    def _scrambled(self) -> tuple[Any, Any]:
-        self._pair += 1
-        one, two = self._mi.sample_tea_32(self._key, self._mi.UInt32(self._pair))
-        return one, two
-
-    def _point(self, keys: tuple[Any, Any], index: Any, mask: Any) -> Any:
-        import drjit as dr
-
-        one, two = keys
-        at = index ^ (
-            (two >> 7) & mask
-        )  # shuffle each pair of dimensions differently; otherwise they would be correlated
-        bits = dr.brev(at) ^ one, dr.gather(self._mi.UInt32, self._table, at) ^ two
-        return self._mi.Point2f(*(self._mi.Float(part >> 8) * (1 / (1 << 24)) for part in bits))
-
-
-@dataclass(frozen=True)
-class _Lanes:
-    """The samples of a launch: their pixels, the number of pixels of a row that they spread over
-    (None: one), and their draws."""
-
-    mi: Any
-    pixel: Any
-    width: Any
-    draws: _Draws
-
-    def pair(self, camera: ViewCamera, size: int) -> list[Any]:
-        """Return two camera rays through points in the pixel."""
-        return [_primary(self.mi, self.pixel, at, camera, size) for at in self.draws.pair()]
-
-    def ray(self, camera: ViewCamera, size: int) -> Any:
-        """Return a camera ray through a point in the pixel."""
-        at = self.draws.next()
-        if self.width is not None:
-            at = self.mi.Point2f(at.x * self.width, at.y)
-        return _primary(self.mi, self.pixel, at, camera, size)
-
-
-def _primary(mi: Any, pixel: Any, at: Any, camera: ViewCamera, size: int) -> Any:
-    import drjit as dr
-
-    width, half = opaque_integer(mi, size), opaque_number(mi, size / 2)
-    unit = opaque_number(mi, np.tan(np.radians(camera.fov) / 2) / (size / 2))
-    right, up, backward = (mi.Vector3f(*opaque_numbers(mi, axis)) for axis in camera.axes)
-    u, v = mi.Float(pixel % width) + at.x - half, mi.Float(pixel // width) + at.y - half
-    return mi.Ray3f(
-        mi.Point3f(*opaque_numbers(mi, camera.origin)),
-        dr.normalize(right * (u * unit) - up * (v * unit) - backward),
-    )

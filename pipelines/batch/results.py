@@ -141,9 +141,12 @@ def _cell(value: object) -> object:
     )
 
 
-_STYLE = """body{font:14px system-ui,sans-serif;margin:2em;color:#222;background:#fafafa}table{border-collapse:collapse;width:100%}
-td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left;vertical-align:middle}img{border-radius:4px;display:block}
-.failed td{color:#a33}input{padding:.4em;width:20em;margin-bottom:1em}"""  # noqa: E501
+_STYLE = """:root{color-scheme:light dark;--ink:#222;--page:#fafafa;--line:#ddd;--link:#1d5c96;--bad:#a3261c}
+@media(prefers-color-scheme:dark){:root{--ink:#e8edf2;--page:#161b21;--line:#3a4551;--link:#8cbcff;--bad:#ff9d92}}
+body{font:14px/1.4 system-ui,sans-serif;margin:1.5em;color:var(--ink);background:var(--page)}a{color:var(--link)}
+.table{overflow-x:auto}table{border-collapse:collapse;width:100%}td,th{padding:.3em .8em;border-bottom:1px solid var(--line);text-align:left}
+img{border-radius:4px;display:block}.failed td{color:var(--bad)}input{font:inherit;padding:.4em;width:min(20em,100%);margin-bottom:1em}
+:focus-visible{outline:3px solid var(--link);outline-offset:2px}"""  # noqa: E501
 _FILTER = (
     "document.querySelector('input').oninput=e=>{for(const r of document.querySelectorAll('tbody "
     "tr'))"
@@ -153,16 +156,18 @@ _FILTER = (
 
 def _page(rows: list[dict[str, Any]]) -> str:
     done = sum(record["status"] == "done" for record in rows)
-    heads = ("", "job", "photo", "action", "seed", "frames", "views", "result")
+    heads = ("character", "job", "photo", "action", "seed", "frames", "views", "result")
     lines = "\n".join(map(_line, rows))
     return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>a2v: {done} '
-        f"videos</title><style>{_STYLE}</style>\n"
-        f"<h1>{done} videos, {len(rows) - done} failed</h1>\n"
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>a2v: {done} videos</title><style>{_STYLE}</style>\n"
+        f"<main><h1>{done} videos, {len(rows) - done} failed</h1>\n"
         '<input type="search" aria-label="filter" placeholder="filter"> <a '
         'href="results.csv">results.csv</a>\n'
-        f"<table><thead><tr>{''.join(f'<th>{name}</th>' for name in heads)}</tr></thead><tbody>\n{lines}\n</tbody></table>\n"  # noqa: E501
-        f"<script>{_FILTER}</script></html>\n"
+        '<div class="table" tabindex="0" role="region" aria-label="jobs"><table><thead><tr>'
+        f"{''.join(f'<th>{name}</th>' for name in heads)}</tr></thead><tbody>\n{lines}\n"
+        f"</tbody></table></div></main>\n<script>{_FILTER}</script></html>\n"
     )
 
 
@@ -178,7 +183,11 @@ def _line(record: Mapping[str, Any]) -> str:
     cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in told)
     if record["status"] == "failed":
         return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'  # noqa: E501
-    picture = f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" height="96" alt=""></a>'  # noqa: E501
+    name = html.escape(str(told[0]))
+    picture = (
+        f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" '
+        f'height="96" alt="turn the character of {name}"></a>'
+    )
     links = " ".join(
         f'<a href="{folder}/{name}">{name}</a>'
         for name in ("video.mp4", "character.glb", "motion.bvh")

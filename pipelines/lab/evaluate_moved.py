@@ -17,8 +17,8 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.io import atomic_path, sha256
-from a2v.lab.evaluation.moved.cases import VERSION, MovedCase, open_moved_case
-from a2v.lab.evaluation.moved.measures import MovedSettings, compare_moved, move
+from a2v.lab.evaluation.moved.cases import MovedCase, open_moved_case
+from a2v.lab.evaluation.moved.measures import PROTOCOL, MovedSettings, compare_moved, move
 from a2v.lab.evaluation.moved.panels import MOVED_PANELS
 from a2v.lab.evaluation.moved.sheets import moved_rows
 from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
@@ -126,7 +126,7 @@ def run(options: Options) -> Answer:
     ]
     content = {
         "protocol": dataclasses.asdict(options.protocol)
-        | {"panel": options.panel, "version": VERSION},
+        | {"panel": options.panel, "version": PROTOCOL},
         "photos": [dataclasses.asdict(outcome) for outcome in everything],
     }
     written = write_table(out, text, content)
@@ -156,7 +156,7 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
         return _keep(dataclasses.replace(outcome, failure=str(error)), folder, "")
     key = sha256(
         json.dumps(
-            [made.values["character"].digest, dataclasses.asdict(options.protocol), VERSION]
+            [made.values["character"].digest, dataclasses.asdict(options.protocol), PROTOCOL]
         ).encode()
     )[:16]
     path = _key(folder, outcome, ".json")

@@ -25,7 +25,7 @@ from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
 from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
-from a2v.reconstruction.color_prior import skin_of_hands
+from a2v.reconstruction.color_prior import skin_like, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -375,3 +375,10 @@ def test_hands_tell_the_skin_but_gloves_do_not() -> None:
     for glove in ([0.2, 0.2, 0.22], [0.2, 0.3, 0.7], [0.3, 0.5, 0.3]):
         assert skin_of_hands(np.tile(glove, (100, 1))) is None
     assert skin_of_hands(np.tile([0.85, 0.65, 0.55], (10, 1))) is None
+
+
+def test_hair_over_the_cheeks_is_no_skin() -> None:
+    for skin in ([0.85, 0.65, 0.55], [0.25, 0.15, 0.11], [0.95, 0.8, 0.75]):
+        assert skin_like(np.array(skin))
+    for other in ([0.12, 0.12, 0.12], [0.75, 0.75, 0.77], [0.2, 0.4, 0.6]):
+        assert not skin_like(np.array(other))

@@ -22,8 +22,13 @@ Films = Mapping[str, Mapping[str, Sequence[ByteArray]]]
 """Frames (S, S, 3) uint8 by method and view."""
 
 STYLE = (
-    "body{font-family:sans-serif;margin:1.5em;background:#fff;color:#222}table{border-collapse:collapse}"
-    "td,th{padding:2px;font-weight:normal;text-align:center}th.m{text-align:right;padding-right:.7em}img,video{width:180px;display:block}"
+    ":root{color-scheme:light dark;--ink:#222;--page:#fff}"
+    "@media(prefers-color-scheme:dark){:root{--ink:#e8edf2;--page:#161b21}}"
+    "body{font-family:system-ui,sans-serif;margin:1.5em;background:var(--page);color:var(--ink)}"
+    ".table{overflow-x:auto}table{border-collapse:collapse}"
+    "td,th{padding:2px;font-weight:normal;text-align:center}th.m{text-align:right;padding-right:.7em}"
+    "img,video{width:180px;display:block}"
+    ":focus-visible{outline:3px solid #3d7fd6;outline-offset:2px}"
 )
 
 
@@ -68,17 +73,26 @@ def write_comparison(
     chosen = np.unique(np.linspace(0, count - 1, min(shown, count)).round().astype(int))
     parts = [
         f"<h1>{html.escape(action)}</h1><p>{html.escape(about)}</p>",
-        _table("", views, {m: [_video(f[v], fps) for v in views] for m, f in films.items()}),
+        _table(
+            "videos",
+            views,
+            {m: [_video(f[v], fps, f"{m}, {v}") for v in views] for m, f in films.items()},
+        ),
     ]
     for view in views:
         rows = {
-            method: [_picture(own[view][index]) for index in chosen]
+            method: [
+                _picture(own[view][index], f"{method}, {view}, frame {index + 1}")
+                for index in chosen
+            ]
             for method, own in films.items()
         }
         parts.append(_table(view, [f"frame {index + 1}" for index in chosen], rows))
     page = (
-        "<!doctype html><html lang=en><meta "
-        f"charset=utf-8><title>{html.escape(action)}</title><style>{STYLE}</style>{''.join(parts)}</html>"
+        "<!doctype html><html lang=en><meta charset=utf-8>"
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(action)}</title><style>{STYLE}</style>"
+        f"<main>{''.join(parts)}</main></html>"
     )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
@@ -126,17 +140,25 @@ def _table(heading: str, columns: Sequence[str], rows: Mapping[str, Sequence[str
         )
         for name, cells in rows.items()
     )
-    return f"<h2>{html.escape(heading)}</h2><table><tr><th></th>{head}</tr>{body}</table>"
+    name = html.escape(heading)
+    return (
+        f'<h2>{name}</h2><div class=table tabindex=0 role=region aria-label="{name}">'
+        f"<table><tr><th>method</th>{head}</tr>{body}</table></div>"
+    )
 
 
-def _video(frames: Sequence[ByteArray], fps: float) -> str:
+def _video(frames: Sequence[ByteArray], fps: float, name: str) -> str:
     data = base64.b64encode(film_bytes(frames, fps)).decode()
-    return f'<video autoplay loop muted playsinline src="data:video/mp4;base64,{data}"></video>'
+    return (
+        f'<video controls autoplay loop muted playsinline aria-label="{html.escape(name)}" '
+        f'src="data:video/mp4;base64,{data}"></video>'
+    )
 
 
-def _picture(frame: ByteArray) -> str:
+def _picture(frame: ByteArray, name: str) -> str:
     import PIL.Image
 
     buffer = io.BytesIO()
     PIL.Image.fromarray(frame).save(buffer, "jpeg", quality=90)
-    return f'<img src="data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+    data = base64.b64encode(buffer.getvalue()).decode()
+    return f'<img src="data:image/jpeg;base64,{data}" alt="{html.escape(name)}">'

@@ -19,6 +19,7 @@ from a2v.reconstruction.backs.rings import around
 from a2v.reconstruction.backs.seen import (
     HAIR,
     HANDS,
+    HEAD_PARTS,
     KINDS,
     LOWER,
     SHOES,
@@ -146,8 +147,10 @@ def continue_photo(
     own = np.where(
         labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None]
     )
-    # the heel of a shoe does not look like its laces
-    woven = np.where(labels == SHOES, 0, labels)
+    # the heel of a shoe does not look like its laces; skin is even, and details of visible skin are
+    # features, or shadows of hair and fingers
+    even = (labels == SHOES) | ((labels == SKIN) & seen.on(*HEAD_PARTS, *HANDS))
+    woven = np.where(even, 0, labels)
     place, continues = match_surface(
         exemplar,
         Unrolled(vertices, maps, seen.neighbors),

@@ -4,6 +4,7 @@ hips and follows both thighs."""
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
 
-COLUMNS = 96
+COLUMNS = 192
 """Number of vertices around the skirt."""
 _ROW = 0.016
 """Distance of rows, meters."""
@@ -30,9 +31,6 @@ _THICK = 0.003
 """Thickness of the cloth, meters."""
 _BAND = 0.02
 """Height above and below a row within which skin gives the width of the legs, meters."""
-_SIDE = 1.0
-"""Sine of the angle beyond which the cloth follows only the thigh of its side; between, it blends
-both. A smaller value tears in kicks."""
 _START = 0.06
 """Depth within the hull of the legs at which rays start, meters."""
 _MOST = 0.28
@@ -49,6 +47,15 @@ _LEAST = 0.15
 _STEPS = (0.04, 0.65)
 """If the distance of cloth from the legs exceeds the first value, meters, the cloth ends where the
 distance falls below the second value times its maximum."""
+_AS_ONE: tuple[tuple[str, ...], ...] = (
+    ("spine05", "root", "pelvis.L", "pelvis.R"),
+    *(
+        (f"{bone}01.{side}", f"{bone}02.{side}")
+        for side in ("L", "R")
+        for bone in ("upperleg", "lowerleg")
+    ),
+)
+"""Groups of Anny's bones that move cloth as one; the first takes the weight."""
 _SHARE = 0.2
 """Height of the strip of the skirt at the bottom of the texture, by which the layout of the body
 shrinks."""
@@ -104,7 +111,7 @@ def make_skirt(
     )
     heights = np.arange(hips[1] + _ABOVE, ankles[1] + 0.04, -_ROW)
     base, weights = _hull(skin, low, heights, hips), _blended(body, skin, low, heights)
-    four, bones = _largest(weights)
+    four, bones = _largest(weights, body.bone_names)
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
@@ -267,14 +274,27 @@ def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) 
         sides.append(
             gaussian_filter1d(np.stack(per_row).astype(np.float64), 2.0, axis=0, mode="nearest")
         )
-    share = smoothstep(np.sin(_angles()), -_SIDE, _SIDE)
+    sine = np.sin(_angles())
+    # by the angle alone, thighs come through the cloth; by the sine alone, it tears in kicks
+    share = (smoothstep(sine, -1.0, 1.0) + smoothstep(np.arcsin(sine), -np.pi / 2, np.pi / 2)) / 2
     mixed = (
         share[None, :, None] * sides[0][:, None] + (1 - share)[None, :, None] * sides[1][:, None]
     )
     return np.asarray(mixed.reshape(-1, body.weights.shape[1]))
 
 
-def _largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
+def _largest(weights: FloatArray, names: Sequence[str]) -> tuple[FloatArray, IntArray]:
+    """The four largest weights (n, 4) of each row of (n, B), and their bones (n, 4).
+
+    One bone of each group of `_AS_ONE` takes the weight of the group. Otherwise cloth between the
+    legs has more than four bones, neighboring rows drop different ones, and the cloth tears between
+    them.
+    """
+    weights = weights.copy()
+    for group in _AS_ONE:
+        first, *others = (names.index(name) for name in group)
+        weights[:, first] += weights[:, others].sum(axis=1)
+        weights[:, others] = 0.0
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     four = np.take_along_axis(weights, bones, axis=1)
     return four / four.sum(axis=1, keepdims=True), bones

@@ -11,6 +11,7 @@ const BONES = [
   [11, 12], [11, 23], [12, 24], [23, 24], [11, 13], [13, 15], [12, 14], [14, 16], [23, 25], [25, 27], [24, 26], [26, 28],
   [27, 29], [29, 31], [27, 31], [28, 30], [30, 32], [28, 32], [15, 17], [15, 19], [15, 21], [16, 18], [16, 20], [16, 22],
 ];
+const FIRST_ACTION = "Walk";  // chosen with the first photo, so that one more click makes a video
 let choices = null, state = { photos: [], jobs: [] };
 let chosen = new URLSearchParams(location.hash.slice(1)).get("photo");
 const cards = new Map();
@@ -40,6 +41,7 @@ async function send(address, how) {
     const photo = await ask(address, how);
     state.photos.push(photo);
     choose(photo.id);
+    if (!action.value.trim()) { action.value = FIRST_ACTION; read(); }
     poll();
   } catch (error) { say(problem, error.message); }
   byId("drop").classList.remove("busy");
@@ -76,7 +78,6 @@ function showPhoto(photo) {
   mask.hidden = !seen || !byId("show-mask").checked;
   bones.toggleAttribute("hidden", !seen || !byId("show-bones").checked);  // an SVG has no property of that name
   if (seen) drawBones(bones, photo);
-  byId("layers-row").hidden = photo.status === "looking";
   byId("correct").hidden = !seen;
   byId("further").hidden = !seen;
   byId("more-photos").replaceChildren(...photo.more.map((digest, index) => make("img", { src: `photos/${photo.id}/more-${index + 1}.jpg?${digest}`, alt: `further photo ${index + 1}` })));
@@ -144,10 +145,7 @@ byId("look-again").onclick = async () => {
   await ask(`api/photos/${chosen}/again`, { method: "POST" }).catch(error => say(byId("photo-problem"), error.message));
   poll();
 };
-byId("sample").onclick = async () => {
-  await send("api/sample", { method: "POST" });
-  if (!byId("action").value.trim()) { byId("action").value = "Walk"; read(); }
-};
+byId("sample").onclick = () => send("api/sample", { method: "POST" });
 const corrector = new Corrector(() => poll());
 byId("correct").onclick = () => corrector.open(photoOf(chosen), choices.limbs);
 byId("more-file").onchange = async () => {

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2v.animation import skin_of
+from a2v.animation import deform, skin_of
 from a2v.body import load_body_model, make_body
 from a2v.body.face import EYES, teeth
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase, open_moved_case
+from a2v.lab.evaluation.moved.limbs import TruthPose, limb_turns
 from a2v.lab.evaluation.moved.measures import (
     HIP_JOINTS,
     MovedSettings,
@@ -102,6 +103,29 @@ def test_carried_joints_are_the_truths_where_the_body_is_the_truth(rest_body: Bo
                     heads[RIG_BONES.index(side + name)] - heads[first],
                     atol=2e-4,
                 )
+
+
+@pytest.mark.parametrize("inward", [0.0, 0.03])
+def test_other_places_of_hip_joints_do_not_move_the_feet(rest_body: Body, inward: float) -> None:
+    """A rig with other hip joints in the same body leaves the character on the truth."""
+    character, still = skin_of(rest_body), np.tile(np.eye(3), (1, len(RIG_BONES), 1, 1))
+    heads = shape_body({}).heads.copy()
+    true = deform(character, carried(rest_body, RIG_BONES, heads, still)[0])
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        heads[RIG_BONES.index(f"{side}UpLeg"), 0] -= sign * inward
+    truth = TruthPose(RIG_BONES, heads, still[0], true, character.surface.faces.astype(np.int64))
+    turns = limb_turns(character, truth, 1.0, (np.eye(3), np.zeros(3)), points=1500)
+    feet = np.flatnonzero(true[:, 1] < true[:, 1].min() + 0.1)
+    away = [
+        np.abs(
+            deform(character, carried(rest_body, RIG_BONES, heads, still, corrections)[0]) - true
+        )[feet, 0].mean()
+        for corrections in (None, turns)
+    ]
+    assert (away[0] > 0.02) == (inward > 0)
+    assert away[1] < 0.004
+    hands = [RIG_BONES.index(f"{side}Hand") for side in ("Left", "Right")]
+    np.testing.assert_array_equal(turns[hands], np.tile(np.eye(3), (2, 1, 1)))
 
 
 def test_torn_area_is_of_long_stretched_triangles() -> None:

@@ -175,6 +175,25 @@ def test_actions_are_figures_that_move_and_words_are_chips(visit: Callable[..., 
     expect(chips).to_have_text(["Jump"])
 
 
+def test_two_clicks_are_enough(visit: Callable[..., Page]) -> None:
+    page = visit()
+    with page.expect_file_chooser() as chooser:
+        page.locator("#drop").click()
+    chooser.value.set_files(SAMPLE)
+    expect(page.locator("#shown")).to_have_attribute("src", re.compile("photo.jpg"))
+    expect(page.locator("#action")).to_have_value("Walk")
+    bar = page.locator("#make").bounding_box()  # within sight without scrolling
+    assert bar is not None
+    assert bar["y"] + bar["height"] <= 720
+    with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
+        page.locator("#make").click()
+    assert answered.value.ok
+    page.locator(".job").first.get_by_role("button", name="Cancel").click()
+    page.once("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("button", name=re.compile("Delete me")).click()
+    expect(page.locator("#forgotten")).to_contain_text("Deleted", timeout=120_000)
+
+
 def test_a_sample_person_in_one_click(visit: Callable[..., Page]) -> None:
     page = visit()
     page.get_by_role("button", name="Sample person").click()

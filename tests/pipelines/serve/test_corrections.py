@@ -72,14 +72,14 @@ def test_corrections_are_kept_and_looked_at_again(tmp_path: Path) -> None:
     assert yaml.safe_load(path.read_text())["limbs"] == {"left_lower_arm": "back"}
     assert read_record(Photo, library.place(photo)).corrected
     job = library.add_job(photo, Wish(action="Walk"))
-    asked = desk._asked(job, photo)
-    request = Wish.of(asked["wish"]).request(asked["photo"], asked["corrections"], asked["more"])
+    task = desk.task_of(job)
+    request = Wish.of(task["wish"]).request(task["photo"], task["corrections"], task["more"])
     assert request.person.corrections == str(path)
     assert request.person.more is None
     photo.status = "ready"
     desk.correct(photo, Corrections())
     assert not path.exists()
-    assert desk._asked(job, photo)["corrections"] is None
+    assert desk.task_of(job)["corrections"] is None
 
 
 def test_a_path_is_points_and_nothing_else() -> None:

@@ -14,9 +14,11 @@ from a2v.body.spots import rest_vertices
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.binding import four_weights, one_of_alike, softened
 from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.skirt import make_skirt, skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import thin_under_skirt
 from a2v.types import Body, FloatArray, Standing
+from tests.support.surfaces import coated
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +74,26 @@ def test_no_kick_and_no_raised_arm_tears_the_mesh(
     )
     posed = _raised(rest_body, bone, np.array(turn))
     assert np.abs(posed_vertices(standing, posed) - rest).max() > 0.3
+    assert _longest_of_stretched(standing, posed, faces) < 0.04
+
+
+def test_no_kick_tears_a_skirt(rest_body: Body) -> None:
+    knees = rest_body.rest_transforms[
+        [rest_body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
+    ].mean(axis=0)
+    person = coated(rest_body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
+    skirt = make_skirt(person.surface, rest_body, rest_vertices(rest_body), float(knees[1]) - 0.05)
+    assert skirt is not None
+    standing = Standing(
+        vertices=skirt.vertices.astype(np.float32),
+        weights=skirt.weights.astype(np.float32),
+        bones=skirt.bones.astype(np.int32),
+        anchors=skirt.anchors.astype(np.int32),
+        parts=rest_body.parts[skirt.anchors].astype(np.int8),
+    )
+    posed = _raised(rest_body, "upperleg01.L", np.array([-100.0, 0, 0]))
+    faces = skirt_faces(len(skirt.vertices))
+    assert np.abs(posed_vertices(standing, posed) - skirt.vertices).max() > 0.3
     assert _longest_of_stretched(standing, posed, faces) < 0.04
 
 

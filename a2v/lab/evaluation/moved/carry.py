@@ -34,7 +34,13 @@ def truth_turns(bone_transforms: FloatArray, rest_transforms: FloatArray) -> Flo
     return turned
 
 
-def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArray) -> FloatArray:
+def carried(
+    body: Body,
+    names: Sequence[str],
+    heads: FloatArray,
+    turns: FloatArray,
+    corrections: FloatArray | None = None,
+) -> FloatArray:
     """Put the bones of a body into the poses of the truth.
 
     Parameters
@@ -47,6 +53,9 @@ def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArr
         Their heads in the T-pose.
     turns : (T, N, 3, 3) float
         Rotations from there (`truth_turns`), world axes.
+    corrections : (R, 3, 3) float, optional
+        Rotations of `RIG_BONES` in the T-pose, before `turns`, world axes
+        (`a2v.lab.evaluation.moved.limbs`).
 
     Returns
     -------
@@ -63,6 +72,8 @@ def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArr
     rest = body.rest_transforms.astype(np.float64)
     own = np.array([RIG_BONES.index(rig_bone(name)) for name in body.bone_names])
     raised = _to_t_pose(rig_heads(body.bone_names, rest[:, :3, 3]), names, heads)
+    if corrections is not None:
+        raised = corrections @ raised
     source = _sources(names)
     turned = turns[:, source][:, own] @ raised[own]
     made = np.tile(np.eye(4), (len(turns), len(rest), 1, 1))

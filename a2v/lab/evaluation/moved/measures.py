@@ -15,6 +15,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase
+from a2v.lab.evaluation.moved.limbs import TruthPose, limb_turns
 from a2v.lab.evaluation.reconstruction.alignment import Scan, align
 from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surface
@@ -32,6 +33,9 @@ from a2v.types import (
     Surface,
 )
 
+PROTOCOL = 3
+"""Version of the cases and the measures. 2: sizes at the hips. 3: limbs registered to the truth in
+the T-pose."""
 LONG_EDGE = 0.04
 """A triangle is torn if an edge is longer than this, meters, and stretched by more than
 `STRETCH`."""
@@ -108,7 +112,7 @@ def move(
     settings: MovedSettings,
 ) -> Moved:
     """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
-    ICP).
+    ICP). In the T-pose the limbs are registered to the truth (`limb_turns`).
 
     The character is scaled so that a meter at the hips of the fitted body has as many pixels in the
     photo as a meter at the hips of the truth. What is left is the error of the character's own
@@ -121,25 +125,35 @@ def move(
     """
     zoom = camera_of_crop(case.camera, subject).scale / case.camera.scale
     scale = scale_at_hips(camera, body) / (zoom * case.hips_scale)
-    poses = carried(character.body, case.bones, case.heads, case.turns)
-    faces, placed = character.surface.faces.astype(np.int64), []
-    for pose, transforms in enumerate(poses):
-        vertices = scale * deform(character, transforms).astype(np.float64)
-        true = case.vertices[pose].astype(np.float64)
-        low, high, lowest, highest = (
-            vertices.min(axis=0),
-            vertices.max(axis=0),
-            true.min(axis=0),
-            true.max(axis=0),
-        )
-        vertices += (lowest + highest - low - high) / 2
-        triangles = true[case.surface.faces[case.outer]]
-        truth = RayScene(case.vertices[pose], case.surface.faces[case.outer])
-        points = _points(vertices, faces, settings)
-        theirs = _points(true, case.surface.faces[case.outer], settings)
-        rotation, shift, _ = align(Scan.of(vertices, faces, points), Scan(truth, triangles, theirs))
-        placed.append(vertices @ rotation.T + shift)
-    return Moved(character, scale * character.surface.vertices.astype(np.float64), np.stack(placed))
+    faces = character.surface.faces.astype(np.int64)
+
+    def placed(transforms: FloatArray, pose: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return _placed(case, pose, scale * deform(character, transforms), faces, settings)
+
+    first = carried(character.body, case.bones, case.heads, case.turns[:1])[0]
+    outer = case.surface.faces[case.outer].astype(np.int64)
+    truth = TruthPose(case.bones, case.heads, case.turns[0], case.vertices[0], outer)
+    limbs = limb_turns(character, truth, scale, placed(first, 0)[1:], seed=settings.seed)
+    poses = carried(character.body, case.bones, case.heads, case.turns, limbs)
+    vertices = [placed(transforms, pose)[0] for pose, transforms in enumerate(poses)]
+    made = scale * character.surface.vertices.astype(np.float64)
+    return Moved(character, made, np.stack(vertices))
+
+
+def _placed(
+    case: MovedCase, pose: int, own: FloatArray, faces: IntArray, settings: MovedSettings
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Align a character (V, 3), meters, with the truth in a pose: its vertices, and the rotation
+    (3, 3) and the shift (3,) that were applied."""
+    vertices, true = own.astype(np.float64), case.vertices[pose].astype(np.float64)
+    ends = [points(axis=0) for points in (vertices.min, vertices.max, true.min, true.max)]
+    start = (ends[2] + ends[3] - ends[0] - ends[1]) / 2
+    vertices = vertices + start
+    outer = case.surface.faces[case.outer]
+    mine = Scan.of(vertices, faces, _points(vertices, faces, settings))
+    theirs = Scan(RayScene(case.vertices[pose], outer), true[outer], _points(true, outer, settings))
+    rotation, shift, _ = align(mine, theirs)
+    return vertices @ rotation.T + shift, rotation, rotation @ start + shift
 
 
 def scale_at_hips(camera: Camera, body: Body) -> float:

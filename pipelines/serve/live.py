@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import base64
 import secrets
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -47,7 +46,6 @@ class Live:
     def __init__(self, desk: Desk, code: str, vmc: int = 0) -> None:
         self._desk, self._child, self._vmc = desk, Child(code), vmc
         self._session, self._job, self._waiting = "", "", 0
-        self._used = 0.0
 
     def routes(self, job_of: Callable[[Request], Job]) -> list[Route]:
         """Return the routes below the token. `job_of` finds the job of a request."""
@@ -92,7 +90,7 @@ class Live:
         await self.close()
         task = {"task": "open", "vmc": self._vmc, **self._desk.task_of(job)}
         await self._do(task, OPEN_SECONDS)
-        self._session, self._job, self._used = secrets.token_hex(8), job.id, time.monotonic()
+        self._session, self._job = secrets.token_hex(8), job.id
         return {"session": self._session, "vmc": self._vmc}
 
     async def frame(self, jpeg: bytes, at: float) -> dict[str, Any]:
@@ -100,7 +98,6 @@ class Live:
         if self._waiting >= MAX_WAITING:
             raise HTTPException(429, "too many frames at the same time; wait for their answers")
         self._waiting += 1
-        self._used = time.monotonic()
         try:
             task = {"task": "frame", "time": at, "jpeg": base64.b64encode(jpeg).decode()}
             return await self._do(task, FRAME_SECONDS)
@@ -126,7 +123,7 @@ class Live:
         """End a session without frames, forever."""
         while True:
             await asyncio.sleep(5.0)
-            if self._session and time.monotonic() - self._used > IDLE_SECONDS:
+            if self._child.idle(IDLE_SECONDS):
                 await self.close()
 
     def _check(self, request: Request) -> None:

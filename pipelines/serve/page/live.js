@@ -21,13 +21,15 @@ class Live {
     this.label.append(this.mirror, " mirror");
     this.state = make("p", { className: "hint" });
     this.state.setAttribute("role", "status");
+    this.note = make("p", { className: "hint", hidden: true });
+    this.note.setAttribute("role", "status");
     this.problem = make("p", { className: "problem", hidden: true });
     this.problem.setAttribute("role", "alert");
     this.video = make("video", { muted: true, playsInline: true, hidden: true });
     this.canvas = document.createElement("canvas");
     const row = make("div", { className: "row live" });
     row.append(this.start, this.record, this.label);
-    this.elements = [row, this.state, this.problem];
+    this.elements = [row, this.state, this.note, this.problem];
     this.start.onclick = () => (this.session || this.stream ? this.stop() : this.begin());
     this.record.onclick = () => this.toggle();
   }
@@ -94,6 +96,7 @@ class Live {
     const rate = this.answers.length > 3 ? (1000 * (this.answers.length - 1)) / (now - this.answers[0]) : 0;
     this.state.dataset.rate = rate.toFixed(1);
     this.state.dataset.state = told.state;
+    this.state.dataset.recorded = told.recorded || 0;
     const text = told.state === "driven" ? `${Math.round(rate)} poses a second.${this.vmc}${this.recording ? " Recording." : ""}` : STATE[told.state];
     if (this.state.textContent !== text) this.state.textContent = text;
   }
@@ -103,11 +106,11 @@ class Live {
     say(this.problem, "");
     try {
       const on = !this.recording;
-      if (!on) this.state.textContent = "Writing the motion…";
+      say(this.note, on ? "" : "Writing the motion…");
       await ask(`api/live/${this.session}/record`, { method: "POST", body: JSON.stringify({ on }) });
       this.recording = on;
-      if (!on) { this.state.textContent = "The motion is among the files of this video."; this.changed(); }
-    } catch (error) { this.recording = false; say(this.problem, error.message); }
+      if (!on) { say(this.note, "The motion is among the files of this video."); this.changed(); }
+    } catch (error) { this.recording = false; say(this.note, ""); say(this.problem, error.message); }
     this.record.textContent = this.recording ? "Keep the recording" : "Record";
     this.record.disabled = false;
   }

@@ -7,7 +7,6 @@ import http.client
 import json
 import re
 import socket
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -160,9 +159,12 @@ def test_the_button_drives_the_character(tmp_path: Path) -> None:
         body = page.frame_locator("iframe").locator("body")
         expect(body).to_have_attribute("data-poses", re.compile(r"\d+"), timeout=120_000)
         page.get_by_role("button", name="Record").click()
-        time.sleep(3)
+        recorded = re.compile(r"^([6-9]|\d\d+)$")
+        expect(page.locator("p[data-state]")).to_have_attribute(
+            "data-recorded", recorded, timeout=240_000
+        )
         page.get_by_role("button", name="Keep the recording").click()
-        expect(page.locator(".live + p")).to_contain_text("among the files", timeout=120_000)
+        expect(page.get_by_text("among the files")).to_be_visible(timeout=240_000)
         page.get_by_role("button", name="Stop", exact=True).click()
         page.get_by_role("tab", name="Files").click()
         expect(page.get_by_role("link", name="live/live-1.glb")).to_be_visible()

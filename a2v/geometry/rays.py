@@ -38,17 +38,15 @@ class Hits:
     def interpolate(self, values: FloatArray, faces: IntArray) -> FloatArray:
         """Interpolate values (V, C) of vertices at the hits, (n, C) float32, for the rays that
         hit."""
-        return _mix(
-            np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit]
-        )
+        corners = np.asarray(values, np.float32)[faces[self.face[self.hit]]]
+        return at_barycentric(corners, self.barycentric[self.hit]).astype(np.float32)
 
 
-def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
-    """Interpolate corner values (n, 3, C) by Embree's barycentric coordinates (n, 2)."""
-    u, v = uv[:, :1], uv[:, 1:]
-    return np.asarray(
-        (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32
-    )
+def at_barycentric(corners: FloatArray, barycentric: FloatArray) -> FloatArray:
+    """Interpolate corner values (n, 3, C) by Embree's barycentric coordinates (n, 2); (n, C)."""
+    u, v = barycentric[:, :1], barycentric[:, 1:]
+    mixed: FloatArray = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+    return mixed
 
 
 _PLOTTING = "open3d.visualization.draw_plotly"

@@ -98,16 +98,17 @@ def denoise_plain(picture: FloatArray, *, border: int = 8) -> FloatArray:
 
     The picture is mirrored at its borders, where the network's colors would be off by some levels.
     """
+    import mitsuba_oidn as oidn
+
     height, width = picture.shape[:2]
     down, right = -(height + 2 * border) % 16, -(width + 2 * border) % 16
     whole = np.pad(
         picture, ((border, border + down), (border, border + right), (0, 0)), mode="symmetric"
     )
-    return _fast(whole, np.ones_like(whole))[border : border + height, border : border + width]
-
-
-def _fast(color: FloatArray, *guides: FloatArray) -> FloatArray:
-    import mitsuba_oidn as oidn
-
-    given = (np.ascontiguousarray(part, np.float32) for part in (color, *guides))
-    return np.array(oidn.denoise(*given, hdr=True, quality=oidn.Quality.Fast), np.float32)
+    clean = oidn.denoise(
+        np.ascontiguousarray(whole, np.float32),
+        np.ones_like(whole, np.float32),
+        hdr=True,
+        quality=oidn.Quality.Fast,
+    )
+    return np.array(clean, np.float32)[border : border + height, border : border + width]

@@ -182,10 +182,10 @@ class Renderer:
         if len(pixels) == 0:
             return _Parts(picture=base, kept=kept, color=color, person=alpha, alpha=alpha)
         traced = tracer.trace(pixels, -(-self.settings.spp // 2) * 2, camera, size, seed)
-        alpha.reshape(-1)[pixels] = traced.person
+        window, layers = traced.laid(pixels, size)
+        alpha[window] = layers[3]
         hit = alpha > 0
         finest = self._rim(tracer, alpha, camera)
-        window, layers = traced.laid(pixels, size)
         color[window] = denoise_person(*layers) if self.settings.denoise else layers[0]
         color *= (finest / np.where(hit, alpha, 1))[..., None]
         person = np.where(hit, finest, np.float32(0))

@@ -6,6 +6,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
+from a2v.geometry.rays import at_barycentric
 from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 
@@ -58,8 +59,6 @@ def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> Fl
     """
     places, texture = texture_of(surface)
     height, width = texture.shape[:2]
-    corners = places[faces]
-    u, v = barycentric[:, :1], barycentric[:, 1:]
-    place = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+    place = at_barycentric(places[faces], barycentric)
     at = np.stack([place[:, 0] * width - 0.5, (1 - place[:, 1]) * height - 0.5], axis=1)
     return np.asarray(_LINEAR[sample_bilinear(texture, at.astype(np.float32))])

@@ -14,7 +14,8 @@ import dataclasses
 import numpy as np
 
 from a2v.animation import deform
-from a2v.geometry.rays import RayScene
+from a2v.geometry.mesh import vertex_areas
+from a2v.geometry.rays import RayScene, at_barycentric
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.studio.makehuman.hm08 import RIG_BONES
@@ -122,7 +123,7 @@ def limb_turns(
         now = posed(values)
         hit = rays.closest(now)
         near = cKDTree(now).query(there)[1]
-        partner = np.concatenate([_on(triangles, hit.face, hit.barycentric), there])
+        partner = np.concatenate([at_barycentric(triangles[hit.face], hit.barycentric), there])
         index = np.concatenate([np.arange(len(now)), near])
         along = np.concatenate([normals[hit.face], normals[chosen]])
         apart = now[index] - partner
@@ -158,13 +159,7 @@ def _of(rotations: FloatArray) -> FloatArray:
 def _some_vertices(character: Character, count: int, generator: np.random.Generator) -> Character:
     """A character of some vertices, drawn by the area around them; its faces are meaningless."""
     surface = character.surface
-    corners = surface.vertices[surface.faces].astype(np.float64)
-    areas = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
-    around = np.bincount(
-        surface.faces.ravel(), np.repeat(areas, 3), minlength=len(surface.vertices)
-    )
+    around = vertex_areas(surface.vertices.astype(np.float64), surface.faces)
     chosen = generator.choice(len(around), count, p=around / around.sum())
     return dataclasses.replace(
         character,
@@ -178,10 +173,3 @@ def _some_vertices(character: Character, count: int, generator: np.random.Genera
         anchors=character.anchors[chosen],
         parts=character.parts[chosen],
     )
-
-
-def _on(triangles: FloatArray, face: IntArray, barycentric: FloatArray) -> FloatArray:
-    """Points (N, 3) on triangles (F, 3, 3)."""
-    corner = triangles[face]
-    u, v = barycentric[:, :1], barycentric[:, 1:]
-    return np.asarray((1 - u - v) * corner[:, 0] + u * corner[:, 1] + v * corner[:, 2])

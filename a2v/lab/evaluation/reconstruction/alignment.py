@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.rays import RayScene
+from a2v.geometry.rays import RayScene, at_barycentric
 from a2v.types import FloatArray, IntArray
 
 
@@ -136,7 +136,4 @@ def _residual(
 def _closest(scan: Scan, points: FloatArray) -> FloatArray:
     """Closest points (N, 3) of a scan's surface."""
     found = scan.rays.closest(points)
-    u, v = found.barycentric[:, :1], found.barycentric[:, 1:]
-    corner = scan.triangles[found.face]
-    closest: FloatArray = (1 - u - v) * corner[:, 0] + u * corner[:, 1] + v * corner[:, 2]
-    return closest
+    return at_barycentric(scan.triangles[found.face], found.barycentric)

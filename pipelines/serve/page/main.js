@@ -39,6 +39,7 @@ async function send(address, how) {
   byId("seen-text").textContent = "";
   try {
     const photo = await ask(address, how);
+    asked += 1;  // an answer under way does not know this photo
     state.photos.push(photo);
     choose(photo.id);
     if (!action.value.trim()) { action.value = FIRST_ACTION; read(); }
@@ -269,10 +270,14 @@ function showJobs() {
 // --- what the server says
 
 let timer;
+let asked = 0;  // number of the last request; earlier answers are out of date
 async function poll() {
   clearTimeout(timer);
+  const own = asked += 1;
   try {
-    state = await ask("api/state");
+    const found = await ask("api/state");
+    if (own !== asked) return;
+    state = found;
     byId("lost").hidden = true;
     showPhotos();
     showJobs();
@@ -280,6 +285,7 @@ async function poll() {
     byId("damaged").hidden = !state.damaged;
     byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or videos" : " or video"} cannot be read.`;
   } catch (error) {
+    if (own !== asked) return;
     byId("lost").hidden = false;
   }
   const busy = state.jobs.some(job => ["waiting", "running"].includes(job.status)) || state.photos.some(photo => photo.status === "looking");

@@ -75,9 +75,15 @@ def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
     assert errors == []
 
 
-def upload_sample(page: Page) -> None:
-    page.locator("#file").set_input_files(SAMPLE)
+def upload_sample(page: Page, server: Server) -> str:
+    """Upload the sample photo, wait until the page shows its person, and return its id."""
+    earlier = {photo["id"] for photo in server.state()["photos"]}
+    with page.expect_response(lambda answer: "api/photos?" in answer.url):
+        page.locator("#file").set_input_files(SAMPLE)
+    (photo,) = {str(one["id"]) for one in server.state()["photos"]} - earlier
+    expect(page.locator("#shown")).to_have_attribute("src", f"photos/{photo}/photo.jpg")
     expect(page.locator("#seen-text")).to_contain_text("Found the person", timeout=120_000)
+    return photo
 
 
 def order(page: Page, words: str, seconds: str = "1") -> str:
@@ -207,7 +213,7 @@ def test_a_sample_person_in_one_click(visit: Callable[..., Page]) -> None:
 @pytest.mark.slow
 def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -> None:
     page = visit()
-    upload_sample(page)
+    upload_sample(page, server)
     expect(page.locator("#bones circle").nth(25)).to_be_visible()
     assert page.evaluate("document.querySelector('#mask').naturalWidth") > 100
     page.locator("#action").fill("ballet for nobody xyzzy")
@@ -260,8 +266,8 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
 @pytest.mark.slow
 def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], server: Server) -> None:
     one, other = visit(), visit()
-    upload_sample(one)
-    upload_sample(other)
+    upload_sample(one, server)
+    upload_sample(other, server)
     jobs = [order(one, "run", "0.5"), order(other, "jump", "0.5")]
     expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(
         re.compile("waiting|being made|done")
@@ -299,8 +305,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
 @pytest.mark.slow
 def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) -> None:
     page = visit(viewport={"width": 1200, "height": 900})
-    upload_sample(page)
-    photo = server.state()["photos"][-1]["id"]
+    photo = upload_sample(page, server)
     page.get_by_role("button", name="Correct").click()
     expect(page.locator("#fix-told")).to_contain_text("Body fitted", timeout=LONG)
     outline = page.locator("#fix-svg path.outline")
@@ -336,7 +341,7 @@ def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) 
     assert [name for name, _, _ in kept.landmarks] == ["left_wrist"]
     assert [name for name, _ in kept.limbs] == ["right_lower_arm"]
     assert [stroke.add for stroke in kept.strokes] == [False]
-    now = server.state()["photos"][-1]
+    now = next(one for one in server.state()["photos"] if one["id"] == photo)
     assert now["landmarks"][15][:2] == pytest.approx(
         [kept.landmarks[0][1] * now["width"], kept.landmarks[0][2] * now["height"]], abs=1
     )

@@ -13,7 +13,13 @@ from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.depth import put_upright
 from a2v.perception.detector import Detection, Detector
 from a2v.perception.landmarks import SKELETON_LINES
-from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_of_people
+from a2v.perception.segmenter import (
+    is_doubted,
+    is_false,
+    may_lack_parts,
+    missing_parts,
+    probability_of_people,
+)
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _IN_BOX = 0.2
@@ -114,7 +120,7 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
     height, width = rgb.shape[:2]
     others: BoolArray | None = None
     reduced, scale = _reduce(rgb, 1280)
-    people = detector.people(reduced, full=rgb)
+    people = without_false(detector.people(reduced, full=rgb), reduced)
     if not people:
         raise InputError(NOBODY)
     big = [person for person in people if person.area > 0.15 * people[0].area]
@@ -143,6 +149,14 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
     return Located(
         best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others, boxes
     )
+
+
+def without_false(people: list[Detection], picture: ByteArray) -> list[Detection]:
+    """Drop detections of `picture` that are no people; keep all if none would be left."""
+    if len(people) < 2 or not any(map(is_doubted, people)):
+        return people
+    probability = probability_of_people(picture)
+    return [person for person in people if not is_false(person, probability)] or people
 
 
 def _box_of(person: Detection) -> FloatArray:

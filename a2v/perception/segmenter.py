@@ -20,6 +20,10 @@ NEAR = 0.03
 """Largest distance of a missing piece from the mask, as a share of the mask's extent."""
 SEEN = 0.7
 """Confidence of a limb's landmark below which a part of the person may have been overlooked."""
+DOUBTED = 0.7
+"""Mean confidence of the landmarks below which a detection may be no person."""
+IMPROBABLE = 0.35
+"""Mean probability of people inside of a doubted detection's mask below which it is no person."""
 _LIMB_LANDMARKS = [
     LANDMARK_INDEX[f"{side}_{joint}"]
     for side in ("left", "right")
@@ -63,6 +67,25 @@ def may_lack_parts(person: Detection) -> bool:
         np.clip(limbs[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height))
     )
     return bool((limbs[:, 2] < SEEN).any() or (person.mask[rows, columns] < 0.3).any())
+
+
+def is_doubted(person: Detection) -> bool:
+    """Return whether the detector's mean confidence is so low that a detection may be no person."""
+    return float(person.keypoints[:, 2].mean()) < DOUBTED
+
+
+def is_false(person: Detection, probability: FloatArray) -> bool:
+    """Return whether a detection is no person: the detector doubts it and the segmenters see nobody
+    there.
+
+    `probability` (H, W) is that of people at the pixels of the detection's mask.
+
+    The detector takes wallpaper, curtains and furniture for people where it finds no others.
+    """
+    inside = person.mask > 0.5
+    return is_doubted(person) and not (
+        inside.any() and float(probability[inside].mean()) >= IMPROBABLE
+    )
 
 
 def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray | None) -> BoolArray:

@@ -12,7 +12,7 @@ import pytest
 from a2v.kinematics.names import LANDMARK_INDEX, MIRRORED_BLAZEPOSE
 from a2v.perception import decode_photo
 from a2v.perception.detector import Detection, Detector
-from a2v.perception.locate import completed
+from a2v.perception.locate import completed, without_false
 from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_of_people
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
@@ -98,6 +98,25 @@ def test_both_segmenters_see_the_person(photo: np.ndarray, person: Detection) ->
     probability = probability_of_people(photo)
     assert probability.shape == photo.shape[:2]
     assert iou(probability > 0.5, person.mask > 0.5) > 0.85
+
+
+def test_a_doubted_detection_of_the_background_is_dropped(
+    photo: np.ndarray, person: Detection
+) -> None:
+    def doubted(detection: Detection, confidence: float) -> Detection:
+        keypoints = detection.keypoints.copy()
+        keypoints[:, 2] = confidence
+        return replace(detection, keypoints=keypoints)
+
+    curtain = replace(person, mask=(person.mask < 0.01).astype(np.float32))
+    false = doubted(curtain, 0.5)
+    assert false.area > person.area
+    assert without_false([false, person], photo) == [person]
+    # each kind of evidence alone keeps a detection, and the last detection stays
+    for kept in (doubted(curtain, 0.9), doubted(person, 0.5)):
+        assert without_false([kept, person], photo) == [kept, person]
+    assert without_false([false], photo) == [false]
+    assert without_false([false, false], photo) == [false, false]
 
 
 def _scene(sure: float = 1.0, *, away: int = 0, wide: int = 40) -> tuple[np.ndarray, np.ndarray]:

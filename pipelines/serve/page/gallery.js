@@ -1,7 +1,7 @@
 // The actions as small moving figures. They are drawn while they can be seen; one stop for the Tab key, arrows go from one to the next.
 import { make } from "./tools.js";
 
-const SIDE = 72, SHOWN_AT_ONCE = 24;
+const SIDE = 72, SHOWN_AT_ONCE = 24, PAUSE = 80;  // pixels, figures, milliseconds between two drawings
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let book = null;
 
@@ -23,13 +23,16 @@ function draw(canvas, bytes, time) {
   pen.strokeStyle = pen.fillStyle = style.color;
   pen.lineWidth = canvas.width / 24;
   pen.lineCap = "round";
-  book.bones.forEach(([a, b], index) => {
-    pen.globalAlpha = index > 4 && (index < 7 || index > 9) ? 0.55 : 1;  // the further side
+  for (const far of [true, false]) {
+    pen.globalAlpha = far ? 0.55 : 1;
     pen.beginPath();
-    pen.moveTo(...at(a));
-    pen.lineTo(...at(b));
+    book.bones.forEach(([a, b], index) => {
+      if ((index > 4 && (index < 7 || index > 9)) !== far) return;
+      pen.moveTo(...at(a));
+      pen.lineTo(...at(b));
+    });
     pen.stroke();
-  });
+  }
   pen.globalAlpha = 1;
   pen.beginPath();
   pen.arc(...at(0), canvas.width / 17, 0, 7);
@@ -42,6 +45,7 @@ export class Gallery {
     this.element = element;
     this.pick = pick;
     this.seen = new Set();
+    this.drawn = new WeakSet();
     this.watcher = new IntersectionObserver(entries => {
       for (const { target, isIntersecting } of entries) isIntersecting ? this.seen.add(target) : this.seen.delete(target);
       this.tick();
@@ -54,9 +58,10 @@ export class Gallery {
     this.watcher.disconnect();
     this.seen.clear();
     this.model = model;
+    const sharp = Math.min(2, Math.max(1, devicePixelRatio || 1));
     this.element.replaceChildren(...names.map((name, index) => {
       const button = make("button", { type: "button", className: "figure", tabIndex: index ? -1 : 0 });
-      const canvas = make("canvas", { width: 2 * SIDE, height: 2 * SIDE });
+      const canvas = make("canvas", { width: SIDE * sharp, height: SIDE * sharp });
       canvas.setAttribute("aria-hidden", "true");
       canvas.dataset.action = name;
       button.append(canvas, make("span", {}, name));
@@ -80,16 +85,26 @@ export class Gallery {
     to.focus();
   }
 
+  /** While a video is made, only the figure under the pointer or the focus moves: drawing all of them takes a core without a GPU. */
+  rest(resting) {
+    if (resting === this.resting) return;
+    this.resting = resting;
+    this.tick();
+  }
+
   tick() {
     if (this.running) return;
     this.running = true;
     const step = now => {
       const own = book && book.actions;
       if (own) [...this.seen].slice(0, SHOWN_AT_ONCE).forEach(canvas => {
-        if (own[canvas.dataset.action]) draw(canvas, own[canvas.dataset.action], still.matches ? 0.8 : now / 1000);
+        const moving = !this.resting || !this.drawn.has(canvas) || canvas.parentElement.matches(":hover, :focus-visible");
+        if (!moving || !own[canvas.dataset.action]) return;
+        draw(canvas, own[canvas.dataset.action], still.matches ? 0.8 : now / 1000);
+        this.drawn.add(canvas);
       });
       if (document.hidden || !this.seen.size || (own && still.matches)) { this.running = false; return; }
-      setTimeout(() => requestAnimationFrame(step), 60);
+      setTimeout(() => requestAnimationFrame(step), PAUSE);
     };
     requestAnimationFrame(step);
   }

@@ -22,6 +22,7 @@ from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 300_000.0
 """Milliseconds for steps that may compute a person first, on a busy machine."""
+FIGURE = "document.querySelector('#actions canvas').toDataURL()"
 
 expect.set_options(
     timeout=60_000
@@ -103,6 +104,16 @@ def order(page: Page, words: str, seconds: str = "1") -> str:
     return str(answered.value.json()["id"])
 
 
+def wait_for_pictures(page: Page, number: int) -> None:
+    """Wait until the first figure of the gallery was seen in this number of poses."""
+    pictures: set[str] = set()
+    deadline = time.monotonic() + 60
+    while len(pictures) < number:
+        pictures.add(page.evaluate(FIGURE))
+        assert time.monotonic() < deadline
+        page.wait_for_timeout(100)
+
+
 def test_the_page_is_light_readable_and_named(visit: Callable[..., Page], server: Server) -> None:
     for scheme in ("light", "dark"):
         page = visit(viewport={"width": 360, "height": 740}, color_scheme=scheme)
@@ -161,12 +172,7 @@ def test_actions_are_figures_that_move_and_words_are_chips(visit: Callable[..., 
     figures = page.locator("#actions button")
     expect(figures.first).to_be_visible()
     assert all("jump" in name.lower() for name in figures.all_inner_texts())
-    pictures: set[str] = set()
-    deadline = time.monotonic() + 60
-    while len(pictures) < 4:  # empty first, then one moment after another
-        pictures.add(page.evaluate("document.querySelector('#actions canvas').toDataURL()"))
-        assert time.monotonic() < deadline
-        page.wait_for_timeout(100)
+    wait_for_pictures(page, 4)  # empty first, then one moment after another
     figures.first.focus()
     page.keyboard.press("ArrowRight")
     assert page.evaluate("document.activeElement.textContent") == figures.nth(1).inner_text()
@@ -215,7 +221,7 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     page = visit()
     upload_sample(page, server)
     expect(page.locator("#bones circle").nth(25)).to_be_visible()
-    assert page.evaluate("document.querySelector('#mask').naturalWidth") > 100
+    page.wait_for_function("document.querySelector('#mask').naturalWidth > 100")
     page.locator("#action").fill("ballet for nobody xyzzy")
     page.locator("#model").select_option("cmu")
     page.locator("#action").fill("walking")
@@ -224,6 +230,15 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     card = page.locator(f"#job-{job}")
     expect(card.locator(".badge")).to_have_text("being made")
     expect(card.locator("progress")).to_be_visible()
+    stands = page.evaluate(FIGURE)
+    page.wait_for_timeout(1000)
+    assert page.evaluate(FIGURE) == stands  # the processor is left to the video
+    page.locator("#actions button").first.focus()
+    for key in ("ArrowRight", "ArrowLeft"):
+        page.keyboard.press(key)
+    wait_for_pictures(page, 3)
+    card.scroll_into_view_if_needed()  # a muted video plays while it can be seen
+    expect(card.locator(".badge")).to_have_text("being made")
     expect(card.locator(".now img, .now iframe").first).to_be_visible(timeout=LONG)
     expect(card.locator(".left")).to_have_text(
         re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG

@@ -25,8 +25,6 @@ _EXPOSURE = (0.4, 2.5)
 _TINT = (0.75, 1.33)
 """Smallest and largest factor of a channel relative to the middle one. A back of another color is
 not another light."""
-_CLIPPED = (0.02, 0.97)
-"""Colors below and above these values, sRGB, are not used for the exposure."""
 _SHARP = 4
 """Power of the trust by which photos are blended; high, so that mainly the best view of a place
 counts."""
@@ -168,34 +166,24 @@ def exposure(
 ) -> FloatArray:
     """Factor (3,), linear RGB, from the exposure of another photo to that of the main one.
 
-    `main` and `other` are the vertices (V,) that each shows well, and their colors (V, 3). For
-    every part except the head, whose sides are face and hair, the medians of both photos are
-    compared. The factor is the median over the parts, weighted by their vertices. The seam between
-    two views is not used, because there both views are grazing, and light from the side changes the
-    colors.
+    `main` and `other` are the vertices (V,) that each shows well, and their colors (V, 3). The
+    factor gives the other photo the mean linear color of the main one. The mean is taken part by
+    part, weighted by the smaller number of vertices of a part in both photos, because each photo
+    shows other places. The head is left out: its sides are face and hair. The seam between two
+    views is not compared, because there both views are grazing, and light from the side changes
+    the colors.
     """
-    ratios, counts = [], []
+    totals = np.zeros((2, 3))
     for part in np.unique(canvas.parts):
         if PARTS[part] in ("head", "neck"):
             continue
         own = canvas.parts == part
-        shown = [colors[own & known] for known, colors in (main, other)]
-        shown = [
-            colors[((colors > _CLIPPED[0]) & (colors < _CLIPPED[1])).all(axis=1)]
-            for colors in shown
-        ]
-        if min(map(len, shown)) >= _LEAST:
-            medians = [np.log(np.median(srgb_to_linear(colors), axis=0)) for colors in shown]
-            ratios.append(medians[0] - medians[1])
-            counts.append(min(map(len, shown)))
-    if not ratios:
+        shown = [srgb_to_linear(colors[own & known]) for known, colors in (main, other)]
+        count = min(map(len, shown))
+        if count >= _LEAST:
+            totals += [count * colors.mean(axis=0) for colors in shown]
+    if not totals.all():
         return np.ones(3)
-    found, weight = np.array(ratios), np.array(counts, np.float64)
-    factor = []
-    for channel in found.T:
-        order = np.argsort(channel)
-        share = np.cumsum(weight[order])
-        factor.append(channel[order][np.searchsorted(share, share[-1] / 2)])
-    gain = np.exp(factor)
+    gain = totals[0] / totals[1]
     middle = np.median(gain)
     return np.asarray(np.clip(middle, *_EXPOSURE) * np.clip(gain / middle, *_TINT))

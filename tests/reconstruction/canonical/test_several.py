@@ -1,4 +1,4 @@
-"""Several photos of one person: merged displacements, colors and exposures."""
+"""Several photos of one person: merged displacements and colors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from a2v.body.parts import PARTS
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.reconstruction.canonical.observe import Observed
 from a2v.reconstruction.canonical.several import face_of, merged
-from a2v.reconstruction.merged import exposure, mixed, on_vertices
 
 
 def observed(offset: float, ahead: float) -> Observed:
@@ -55,49 +54,6 @@ def test_the_first_photo_keeps_the_face_unless_another_shows_it_much_larger():
     assert face_of([showing(50), none, showing(90)]) == 2  # type: ignore[list-item]
     assert face_of([none, showing(30)]) == 1  # type: ignore[list-item]
     assert face_of([none, none]) == 0  # type: ignore[list-item]
-
-
-def test_the_photo_that_sees_a_place_best_has_it_nearly_alone():
-    red, blue = np.array([[1.0, 0, 0]]), np.array([[0, 0, 1.0]])
-    trust, color = mixed([np.array([[0.9]]), np.array([[0.3]])], [red, blue])
-    assert trust[0, 0] == 0.9
-    assert color[0, 0] > 0.98
-    assert mixed([np.array([[0.5]]), np.array([[0.5]])], [red, blue])[1][0] == pytest.approx(
-        [0.5, 0, 0.5]
-    )
-
-
-def test_vertices_that_the_main_photo_shows_alone_keep_its_colors_to_the_bit():
-    rng = np.random.default_rng(0)
-    colors, theirs, trust = rng.random((4, 3)), rng.random((4, 3)), np.array([0.9, 0.9, 0.0, 0.0])
-    shown = np.array([False, True, True, False])
-    other = SimpleNamespace(known=shown, trust=np.full(4, 0.9), allowed=np.ones(4), colors=theirs)
-    known, found = on_vertices(trust, trust > 0.5, colors, [other])  # type: ignore[list-item]
-    assert known.tolist() == [True, True, True, False]
-    assert np.array_equal(found[[0, 3]], colors[[0, 3]])
-    assert found[2] == pytest.approx(theirs[2], abs=1e-6)
-    assert found[1] == pytest.approx((colors[1] + theirs[1]) / 2)
-
-
-def test_an_exposure_is_found_by_parts_that_both_photos_show():
-    rng = np.random.default_rng(1)
-    parts = np.repeat([PARTS.index(name) for name in ("torso", "left_thigh", "head")], 400)
-    albedo = np.repeat(
-        [[0.3, 0.25, 0.2], [0.1, 0.12, 0.3], [0.4, 0.3, 0.2]], 400, axis=0
-    ) * rng.uniform(0.8, 1.2, (1200, 1))
-    gain = np.array([1.5, 1.2, 0.9])
-    front = np.arange(1200) % 2 == 0
-    theirs = albedo.copy()
-    theirs[parts == PARTS.index("head")] *= 3.0  # hair behind, a face in front
-    canvas = SimpleNamespace(parts=parts)
-    found = exposure(
-        canvas, (front, linear_to_srgb(albedo)), (~front, linear_to_srgb(theirs / gain))
-    )  # type: ignore[arg-type]
-    assert found == pytest.approx(gain, rel=0.03)
-    assert exposure(
-        canvas, (front, linear_to_srgb(albedo)), (np.zeros(1200, bool), theirs)
-    ) == pytest.approx(1.0)  # type: ignore[arg-type]
-    assert srgb_to_linear(linear_to_srgb(albedo)) == pytest.approx(albedo, abs=1e-6)
 
 
 def test_a_person_before_and_behind_has_the_colors_of_both_photos():

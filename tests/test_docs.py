@@ -12,8 +12,7 @@ from types import ModuleType
 
 import pytest
 
-from pipelines.cli import load_command, module_of
-from pipelines.options import parse
+from tests.support.commands import parsed
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -86,16 +85,7 @@ def commands(page: Path) -> list[list[str]]:
 @each_page()
 def test_commands_on_the_page_have_these_options(page):
     for words in commands(page):
-        two = "_".join(words[:2])
-        sub = bool(two.isidentifier() and module_of(two))
-        command = load_command(two if sub else words[0])
-        parse(
-            command.Options,
-            words[2 if sub else 1 :],
-            command=words[0],
-            about=command.HELP,
-            examples=command.EXAMPLES,
-        )
+        parsed(words)
 
 
 @each_page()

@@ -184,7 +184,6 @@ def test_every_data_file_is_known_to_some_module():
         "a2v/motion/words.license.txt",
         "a2v/py.typed",
         "a2v/samples/README.md",
-        "a2v/samples/person.jpg",
     }
     assert data - known == unnamed | {
         "export/factors_cmu_fine.csv"

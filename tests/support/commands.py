@@ -1,14 +1,16 @@
-"""Run commands in this process."""
+"""Run commands in this process, or only parse them."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+from collections.abc import Sequence
 
 import pytest
 
 from a2v.errors import A2VError
-from pipelines.cli import main
+from pipelines.cli import load_command, main, module_of
+from pipelines.options import parse
 
 
 def end(words: list[str]) -> None:
@@ -35,3 +37,18 @@ def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     error = without_readings(capsys.readouterr().err)
     assert error.count("\n") == 1
     return error
+
+
+def parsed(words: Sequence[str]) -> object:
+    """The options of a command by its words after "a2v"; unknown ones end the process (SystemExit)
+    or raise an InputError."""
+    two = "_".join(words[:2])
+    sub = bool(two.isidentifier() and module_of(two))
+    command = load_command(two if sub else words[0])
+    return parse(
+        command.Options,
+        list(words[2 if sub else 1 :]),
+        command=words[0],
+        about=command.HELP,
+        examples=command.EXAMPLES,
+    )

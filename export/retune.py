@@ -1,4 +1,4 @@
-"""Another guidance and temperature for an exported window flow, whose weights stay.
+"""Change the guidance and the temperature of an exported window flow; its weights stay.
 
     python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75 [--actions factors.csv]
 

@@ -274,7 +274,7 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 
 
 def bone_rotmats(rotations: np.ndarray, chains: list[list[int]]) -> dict[int, np.ndarray]:
-    """Return world rotations (T, 3, 3) of bones by the joint where each ends.
+    """Return world rotations (T, 3, 3) of the bones; the key of a bone is the joint at its end.
 
     The root's is the identity.
     """

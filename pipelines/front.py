@@ -56,7 +56,7 @@ class _Running(RunOptions):
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
-        """The progress function, or bars."""
+        """Yield the user's progress function if there is one, else progress bars."""
         if self.listener is not None:
             yield self.listener
             return

@@ -203,10 +203,8 @@ def actions_of(kind: type) -> list[argparse.Action]:
 def _parser(
     kind: type, prog: str, about: str, examples: str, level: int
 ) -> jsonargparse.ArgumentParser:
-    """Build the parser.
-
-    Its help shows the options of every day (`level` 0), all options for users (1), or the settings
-    of the laboratory too (2).
+    """Build the parser. Its help shows the most common options (`level` 0), all options for users
+    (1), or the settings of the laboratory too (2).
     """
     jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
@@ -377,7 +375,8 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
 
 
 def _with_underscores(argument: str) -> str:
-    """Return an argument as the parser knows it: only the name loses its hyphens, not the value."""
+    """Return an argument in the parser's form: hyphens in its name become underscores, its value is
+    unchanged."""
     if not argument.startswith("--"):
         return argument
     name, given, value = argument[2:].partition("=")

@@ -185,8 +185,8 @@ class SmplModel(BodyModel):
         )
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the joints' bones (..., B, 3): the main child's joint, or the flesh's
-        tip."""
+        """Return the far ends of the joints' bones (..., B, 3): the main child's joint, or the
+        tip of the flesh."""
         import torch
 
         main = {

@@ -33,8 +33,8 @@ def clock(seconds: float) -> str:
 
 
 def unseen_parts(track: Track, start: float) -> list[str]:
-    """Report when which part of the person was not seen, a sentence each. `start` is the time in
-    the video of the track's time 0."""
+    """Return one sentence per part of the person that was not seen for some time. `start` is the
+    time in the video of the track's time 0."""
     said: list[tuple[float, str]] = []
     for part, names in {"person": BODY, **PARTS}.items():
         rows = [LANDMARK_INDEX[name] for name in names]

@@ -194,8 +194,8 @@ def _on_ground(
 
 
 def _timed(direction: Direction, seconds: float) -> Direction:
-    """Return the direction with keyframe times counted from the beginning of a motion of `seconds`,
-    in order."""
+    """Return the direction with its keyframes in order of time, all counted from the beginning of a
+    motion of `seconds`."""
     keys = [
         dataclasses.replace(key, time=seconds - key.time, to_end=False) if key.to_end else key
         for key in direction.keyframes

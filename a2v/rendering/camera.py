@@ -194,7 +194,7 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     ------
     InputError
         The file cannot be read, is not a YAML mapping, or has an unknown field or an unusable
-        value; The message names the file and the camera.
+        value. The message names the file and the camera.
     """
     import difflib
 

@@ -23,7 +23,8 @@ from a2v.version import __version__
 
 REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
-"""The row of recordings whose actions are drawn uniformly, like those of the models' clips."""
+"""Name of the row of recordings whose actions are drawn uniformly, as those of the models' clips
+are."""
 
 
 @dataclass(frozen=True)

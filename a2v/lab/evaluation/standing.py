@@ -252,7 +252,7 @@ def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
 
 
 def standing_table(scores: Sequence[StandingScore]) -> str:
-    """Markdown: actions by how much they slide, the worst first, and the medians of all."""
+    """Return Markdown: actions sorted by slide, the worst first, and the medians of all."""
     columns = (
         "Slide cm/s",
         "(rec.)",

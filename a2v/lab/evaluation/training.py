@@ -45,7 +45,7 @@ class ClassifierSettings(RunSettings):
         classifier is used. So it recognizes actions by the movement, not by the heading in the
         laboratory. For data without a published classifier.
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips, so that
+        Share of a batch that is drawn uniformly from all actions instead of from all clips, so that
         actions with few clips are learned too.
     """
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 Field = Callable[[FloatArray], FloatArray]
-"""The chance (N,) that points (N, 3), meters, lie in the person."""
+"""The probability (N,) that points (N, 3), meters, lie in the person."""
 FieldOf = Callable[[FloatArray], Field]
 """Makes the field of a body from its vertices (V, 3), since PaMIR's network sees the body too."""
 INSIDE = 0.5

@@ -75,7 +75,8 @@ def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> 
 
 
 def share_left(seen: FloatArray, faces: IntArray, thing: Thing | None, square: Square) -> float:
-    """Return the fraction of a person's pixels that neither an object nor the border takes.
+    """Return the fraction of a person's pixels that are visible: neither behind an object nor
+    outside of the border.
 
     The person has vertices (V, 3) in the frame and faces (F, 3).
     """

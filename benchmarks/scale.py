@@ -1,4 +1,4 @@
-"""What many videos cost: a small batch measured here, and a simulation of the scheduler on its
+"""Estimate the cost of many videos: measure a small batch, and simulate the scheduler with its
 times.
 
     python -m benchmarks.scale --folder out/scale --people 50 --actions 3 --frames 8 --size 128
@@ -26,7 +26,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Costs:
-    """Of a task of each kind (person, motion, video).
+    """Costs of a task of each kind (person, motion, video).
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ one core, requests and bytes as `measure` counted them at 8 frames of one view."
 
 
 def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:
-    """Hours of a batch in the order in which `pipelines.batch` does it: people, motions (one an
+    """Return the hours of a batch in the order of `pipelines.batch`: people, motions (one per
     action), videos that wait for both."""
     lasting = [
         second + requests * costs.latency
@@ -223,8 +223,8 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def overhead(folder: Path, nodes: int) -> dict[str, Any]:
-    """Processor time of a graph of about `nodes` nodes, computed and then remembered; small
-    numbers, in the shape of the real graph."""
+    """Return the processor time of a graph of about `nodes` nodes, computed and then remembered. It
+    has the shape of the real graph; its values are small numbers."""
     from pipelines.engine.run import run
     from pipelines.engine.store import Store
     from tests.support.numbers import GRAPH, Scale

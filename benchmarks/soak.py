@@ -87,7 +87,7 @@ def small_disk(folder: Path) -> Iterator[bool]:
 
 
 class Client(threading.Thread):
-    """A client that does one thing after another, drawn with a seed, until it is stopped.
+    """A client that performs random actions one after the other until it is stopped.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def kill_one(server: Server, draw: random.Random) -> str:
 
 
 def fill(folder: Path, seconds: float) -> None:
-    """Leave no free space for `seconds`."""
+    """Fill the disk for `seconds`."""
     path = folder / "filler"
     with contextlib.suppress(OSError), path.open("wb") as stream:
         while True:
@@ -433,7 +433,7 @@ def main() -> int:
         "memory within a tenth": size["at the end"] < 1.1 * size["after two minutes"],
         "lists what is there": all(after["listed"].values()),
         "makes a video": after["made"] == "done" and after["film"][1] > 1000,
-        "ends when asked to": ended is not None,
+        "ends on SIGTERM": ended is not None,
         "nothing is left of anybody": not after["left in the page's folder"]
         and "subject" not in after["remembered calls that are left"],
     }

@@ -103,8 +103,7 @@ def check_avatar(options: RigOptions) -> None:
     """
     if options.rig not in (OWN_RIG, "vrm"):
         raise InputError(
-            f"a .vrm requires the rig vrm, given was {options.rig}; leave --rig out, or write a "
-            ".glb"
+            f"a .vrm requires the rig vrm, not {options.rig}; leave --rig out, or write a .glb"
         )
     if options.root_motion:
         raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")

@@ -363,7 +363,7 @@ def _checked(
         or faces.astype(np.int64).min(initial=0) < 0
         or faces.max(initial=0) >= vertices
     ):
-        raise InputError(f"{path}: f names vertices that are not there")
+        raise InputError(f"{path}: f has indices of vertices that do not exist")
     if (parents[1:] < 0).any() or (parents[1:] >= np.arange(1, bones)).any():
         raise InputError(f"{path}: kintree_table does not list parents before children")
     return arrays

@@ -48,9 +48,7 @@ def unseen_parts(track: Track, start: float) -> list[str]:
             for begin, end in _spans(gone, track)
         ]
     said.sort()
-    more = (
-        [f"and {len(said) - _MOST} more times something was not seen"] if len(said) > _MOST else []
-    )
+    more = [f"and {len(said) - _MOST} more times a part was not seen"] if len(said) > _MOST else []
     return [text for _, text in said[:_MOST]] + more
 
 
@@ -113,7 +111,7 @@ def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str
         )
     if not np.isfinite(asked) and last >= LONGEST - 0.5 and reel.seconds > LONGEST + 1:
         said.append(
-            f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are "
+            f"the video has {clock(reel.seconds)} minutes; only the first {LONGEST / 60:.0f} are "
             "followed"
         )
     if people > 1:

@@ -64,7 +64,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     if mask.shape != (height, width):
         raise InputError(
             f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give "
-            "both at one size"
+            "both the same size"
         )
     longest = max(height, width)
     hole = _grown(mask > 0.02, round(border * longest))

@@ -112,7 +112,7 @@ def _pieces(glb: bytes, film: bytes, title: str, live: bool = False) -> list[byt
         raise InputError("the video is not an MP4; make one with write_video")
     if len(glb) + len(film) > MAX_PAGE_BYTES:
         raise InputError(
-            f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds "
+            f"character and video are {(len(glb) + len(film)) >> 20} MB; expected at most "
             f"{MAX_PAGE_BYTES >> 20} MB"
         )
     parts: dict[str, bytes] = {

@@ -290,7 +290,7 @@ def test_camera_files_read(tmp_path: Path) -> None:
         ("hero: {distance: 0}\n", "distance 0"),
         ("front: {azimuth: 3}\n", "is taken"),
         ("video: {azimuth: 3}\n", "is taken"),
-        ("'../up': {azimuth: 3}\n", "names no camera"),
+        ("'../up': {azimuth: 3}\n", "cannot be the name of a camera"),
         ("hero: !!python/object/apply:os.system [true]\n", "not a YAML"),
         ("hero: {azimuth: 3\n", "not a YAML"),
         ("x" * 70000, "larger than 64 kB"),
@@ -313,7 +313,7 @@ def test_views_that_nothing_defines_are_named() -> None:
         follow_cameras(walker(), RenderSettings(views=("top",)), cameras=(CameraPath(name="hero"),))
     for views, words in (
         ((), "no view"),
-        (("a b",), "names no view"),
+        (("a b",), "cannot be the name of a view"),
         (("front", "front"), "twice"),
     ):
         with pytest.raises(InputError, match=words):

@@ -62,7 +62,7 @@ class EvaluationSettings:
         if self.clips < 40 or self.repeats < 1:
             raise InputError(
                 f"clips={self.clips}, repeats={self.repeats}; expected at least 40 "
-                "clips (30 features) and 1 repeat"
+                "clips (more than the 30 features) and 1 repeat"
             )
         if self.physics_clips < 0:
             raise InputError(f"physics_clips is {self.physics_clips}; expected 0 or more")

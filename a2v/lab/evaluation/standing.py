@@ -144,7 +144,7 @@ def score_standing(
         `clips` is under 2.
     """
     if clips < 2:
-        raise InputError(f"{clips} clips an action; expected at least 2, to compare seeds")
+        raise InputError(f"{clips} clips per action; expected at least 2, to compare seeds")
     present = (
         [dataset.actions[label] for label in np.unique(dataset.labels)]
         if actions is None

@@ -65,8 +65,8 @@ class ClassifierSettings(RunSettings):
             )
         if not 0 <= self.balance <= 1:
             raise InputError(
-                f"balance of the classifier is {self.balance}; expected 0 (clips "
-                "alike) to 1 (actions alike)"
+                f"balance of the classifier is {self.balance}; expected 0 (all "
+                "clips equally often) to 1 (all actions equally often)"
             )
 
 

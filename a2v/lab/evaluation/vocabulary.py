@@ -80,7 +80,7 @@ def score_actions(
         `clips` is not positive, or the classifier was trained for other actions.
     """
     if clips < 1:
-        raise InputError(f"{clips} clips an action; expected at least 1")
+        raise InputError(f"{clips} clips per action; expected at least 1")
     evaluator.demand_actions(dataset)
     real = recorded(dataset)
     present = np.unique(dataset.labels)

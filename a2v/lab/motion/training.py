@@ -97,7 +97,8 @@ class TrainSettings(RunSettings):
             )
         if not 0 <= self.balance <= 1:
             raise InputError(
-                f"balance is {self.balance}; expected 0 (clips alike) to 1 (actions alike)"
+                f"balance is {self.balance}; expected 0 (all clips equally often) to 1 (all "
+                "actions equally often)"
             )
 
     def final_kl(self, dataset: ActionDataset) -> float:

@@ -132,7 +132,7 @@ def refine_body(
     settings = settings or RefinementSettings()
     if body.model != model.name or len(body.vertices) != len(model.weights):
         raise InputError(
-            f"the body is of {body.model} and has {len(body.vertices)} vertices; expected one of "
+            f"the body is a {body.model} with {len(body.vertices)} vertices; expected a "
             f"{model.name} with {len(model.weights)}"
         )
     first = {

@@ -135,7 +135,7 @@ def _unfit(subject: Subject, most: float) -> str:
     """Reason why the face of the photo cannot be used, if it may be turned away by `most` degrees;
     empty if it can."""
     if subject.face is None:
-        return "no face seen from before"
+        return "no face is seen from the front"
     turned = turned_away(subject.face)
     return f"the face is turned away by {turned:.0f} degrees" if turned > most else ""
 

@@ -14,7 +14,7 @@ from a2v.types import FloatArray, IntArray
 LEAST_LEFT = 0.4
 """Smallest fraction of the person's pixels that objects and the border must leave visible."""
 _GRID = 96
-"""Number of rays a side that `share_left` casts at the person's box."""
+"""Number of rays per side of the person's box that `share_left` casts."""
 _DOWN = np.array([0, 0, -1], np.float32)
 
 

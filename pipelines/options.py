@@ -217,26 +217,26 @@ def _parser(
     )
     levels = {"print_config": 1, "json": 1} | dict(_add(parser, kind, None, headings=level > 0))
     parser.add_argument(
-        "--config", action="config", help="YAML file of settings, by the names of these options"
+        "--config", action="config", help="YAML file with values of these options, by their names"
     )
     parser.add_argument(
         "--json",
         action="store_true",
-        help="one JSON object on standard output: files, facts or the error",
+        help="print one JSON object with files, facts and errors",
     )
     hidden = {action.dest: _level(action.dest, levels) for action in parser._actions}
     if any(hidden[name] for name in hidden if name not in ("print_config", "json")):
         parser.add_argument(
             "--help_all",
             action="store_true",
-            help="every option, including the settings of the stages",
+            help="show every option, including the settings of the stages",
         )
     within = sum(found == 2 for found in hidden.values())
     if within:
         parser.add_argument(
             "--help_lab",
             action="store_true",
-            help=f"also {within} internal settings of the stages, for research",
+            help=f"show {within} internal settings of the stages as well, for research",
         )
     for action in parser._actions:
         if hidden.get(action.dest, int(action.dest == "help_lab")) > level:

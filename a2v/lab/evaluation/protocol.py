@@ -44,11 +44,12 @@ class EvaluationSettings:
         fine-grained, 3.3 on CMU); a separate row shows it. Do not compare rows of the two
         protocols.
     state : "random" or "zeros"
-        First state of the classifier's GRU: the papers' random one, or the deterministic protocol.
+        First state of the classifier's GRU: random, as in the papers, or zeros, which makes the
+        scores deterministic.
     seed : int
         Seed of the draws of clips, actions and noise.
     physics_clips : int
-        Clips of the first repeat whose physical plausibility is measured, 0 for none.
+        Number of clips of the first repeat whose physical plausibility is measured; 0 for none.
     """
 
     clips: int = 3000

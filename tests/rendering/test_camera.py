@@ -18,8 +18,7 @@ from a2v.types import VIEWS, RenderSettings
 
 
 def walker(frames: int = 40) -> np.ndarray:
-    """A cloud of points, 1.8 m high, that walks along +z with jitter, jumps once and stretches its
-    arms once."""
+    """A cloud of points, 1.8 m high, that walks along +z, jumps, and stretches its arms."""
     generator = np.random.default_rng(0)
     cloud = generator.uniform([-0.3, 0, -0.2], [0.3, 1.8, 0.2], (200, 3))
     cloud[0], cloud[1] = (0, 0, 0), (0, 1.8, 0)

@@ -135,8 +135,10 @@ VALUES = st.recursive(
 
 
 def owes_a_sentence(read: Callable[[], object]) -> None:
-    """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within
-    a gigabyte."""
+    """Run a reader: it returns a value, or raises an error of a2v of one short line.
+
+    It must do so soon and within a gigabyte.
+    """
     begun, said, before = time.process_time(), "a value", _resident()
     last = begun
 
@@ -178,7 +180,10 @@ def count(tally: Tally) -> None:
 
 
 def are_whole(folder: Path, names: str, read: Callable[[Path], object]) -> None:
-    """Nothing below `folder` is unfinished, and `read` reads all files of these names (a glob)."""
+    """Check that no file below `folder` is unfinished, and that `read` reads all `names`.
+
+    `names` is a glob.
+    """
     found = [path for path in folder.rglob("*") if path.is_file()]
     assert not [path for path in found if path.name.startswith(".") and "-a2v" in path.name]
     for path in folder.rglob(names):
@@ -267,8 +272,10 @@ def retold(draw: st.DrawFn, text: str) -> str:
 
 @st.composite
 def bundles(draw: st.DrawFn, good: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Named arrays like `good`, of which one to three have another type or shape, other text, or
-    are missing."""
+    """Named arrays like `good`, of which one to three are changed or missing.
+
+    A changed one has another type, shape or text.
+    """
     made = dict(good)
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(sorted(good)))

@@ -27,8 +27,7 @@ NEAREST = {"head_top": "head", "left_heel": "left_ankle", "right_heel": "right_a
 
 @pytest.fixture(scope="module")
 def real(data_dir):
-    """HumanAct12 clips as VIBE writes poses: (T, 49, 3) in the camera's axes, around the person's
-    own pelvis."""
+    """HumanAct12 clips in VIBE's form: (T, 49, 3), the camera's axes, around the pelvis."""
     source = load_dataset("humanact12", data_dir)
     clips = []
     for joints in source.joints[:6]:

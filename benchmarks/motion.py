@@ -4,10 +4,10 @@ rate of the matrix products alone and with a plain PyTorch loop.
     python benchmarks/motion.py [--threads 2] [--repeats 5] [--decoder glmi-m] [--out
     out/motion_speed.json]
 
-The plain loops are what one writes first, and what the published trainer and sampler do: for every
-frame posterior, prior, generator and forward kinematics chain by chain and joint by joint. They
-share the weights of our model, and their results are compared with ours before anything is timed.
-Speed does not depend on what was learned, so weights are random and no data set is needed.
+The plain loops are the obvious implementation, and that of the published trainer and sampler: for
+every frame posterior, prior, generator and forward kinematics chain by chain and joint by joint.
+They share the weights of our model, and their results are compared with ours before anything is
+timed. Speed does not depend on what was learned, so weights are random and no data set is needed.
 
 The bars: training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one
 clip of 60 frames in at most 15 ms; 1,000 clips at 50 % or more of the rate of their matrix products
@@ -378,8 +378,8 @@ def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
 def products_session(
     products: Counter[tuple[int, int, int]], clips: int, threads: int
 ) -> Callable[[], object]:
-    """One onnxruntime graph of these products alone, each as often as it was counted, for as many
-    clips at once as the sampler takes.
+    """One onnxruntime graph of only these products, each as often as it was counted, for the
+    sampler's number of clips.
 
     Results are written to the same place each time, and nothing is optimized away: the products are
     all that is timed.
@@ -508,8 +508,8 @@ print(time.perf_counter() - began, "torch" in sys.modules)
 
 
 def first_sample(options: argparse.Namespace) -> dict[str, Any]:
-    """Seconds of import and first sample of export/sample.py in processes of their own, interpreter
-    start apart and included."""
+    """Return the seconds of import and first sample of export/sample.py in new processes, without
+    and with the interpreter's start."""
     results: dict[str, Any] = {}
     for name, file in BUNDLED.items():
         inside, whole, torch_there = [], [], False
@@ -601,7 +601,7 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
         lines.append("")
     if "first_sample" in results:
         lines += [
-            "export/sample.py in a process of its own, import and first sample:",
+            "export/sample.py in a new process, import and first sample:",
             "",
             "| | s | whole process, s | torch in the process |",
             "|---|---|---|---|",

@@ -8,8 +8,8 @@ times.
 The first makes a batch of `--sample` people on one worker with every request to the object store
 counted, then one of `--people` on `--workers` with an empty store, and compares its time with
 simulations from the sample's times of tasks and from its own. The second simulates a thousand
-people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are
-all remembered: what the engine takes for a node.
+people with ten actions each from `DEFAULTS`. The third runs a graph of that number of remembered
+nodes, and gives the engine's time per node.
 """
 
 from __future__ import annotations

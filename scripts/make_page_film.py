@@ -51,7 +51,7 @@ ARROW = ((0, 0), (0, 26), (7, 20), (12, 31), (17, 29), (12, 18), (21, 18))
 
 @dataclass
 class Film:
-    """Screenshots of a page, by what the page was doing."""
+    """Screenshots of a page, by the action of the page."""
 
     page: Page
     seen: list[tuple[str, ByteArray]] = field(default_factory=list)
@@ -127,7 +127,7 @@ def center(page: Page, selector: str) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Use the page, write both pictures, and print what was measured."""
+    """Use the page, write both pictures, and print the measurements."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -4,7 +4,7 @@ package ``wordnet-base``, its license is in ``a2v/motion/words.license.txt``).
     apt-get download wordnet-base && dpkg-deb -x wordnet-base_*.deb wn
     python scripts/make_word_tables.py wn/usr/share/wordnet
 
-- ``a2v/motion/words.txt.gz``: a line a stem, with what it can be, the most frequent first: ``v`` a
+- ``a2v/motion/words.txt.gz``: one line per stem with its classes, the most frequent first: ``v`` a
   verb, ``n`` a noun of an act or an event, ``o`` of a thing, ``m`` of an animal, ``c`` of a person,
   place, time, group, quality or feeling, ``j`` an adjective, ``r`` an adverb; ``x``: two words that
   mean something of their own (``sit up``).

@@ -192,7 +192,7 @@ def test_camera_round_trip(tmp_path) -> None:  # type: ignore[no-untyped-def]
     assert ViewCamera.load(tmp_path / "camera.npz") == camera
 
 
-# ---- cameras of one's own
+# ---- custom cameras
 
 
 def turned(path: CameraPath, **more: object) -> tuple[ViewCamera, ...]:

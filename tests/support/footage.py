@@ -22,7 +22,7 @@ QUICK = FollowSettings(face=False, steps=25)
 
 @functools.lru_cache
 def person(tall: int = 200) -> np.ndarray:
-    """The sample person, so many pixels tall, on gray."""
+    """The sample person on gray, `tall` pixels tall."""
     photo = cv2.imread(str(SAMPLE))[..., ::-1]
     return np.asarray(cv2.resize(photo, (tall, tall), interpolation=cv2.INTER_AREA))
 

@@ -56,9 +56,9 @@ class Tally:
 
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
-"""Cases a reader that `make fuzz` asks for; 0 in the suite."""
+"""Number of cases per reader, set by `make fuzz`; 0 in the suite."""
 FEW = COUNT // 4 or 10
-"""Of those that take long: whole command lines."""
+"""Number of slow cases: whole command lines."""
 
 TALLIES: dict[str, Tally] = {}
 """By the name of the test."""

@@ -67,7 +67,7 @@ class Face(Record):
         if (steps < 0).any() or int(self.starts[0]) != 0 or int(self.starts[-1]) != sizes["M"]:
             raise InputError(
                 f"Face.starts runs from {self.starts[0]} to {self.starts[-1]}; expected 0 to "
-                f"{sizes['M']}, none smaller than before"
+                f"{sizes['M']}, in ascending order"
             )
 
     def check_vertices(self, count: int) -> None:
@@ -76,7 +76,8 @@ class Face(Record):
         for name, used in (("vertices", self.vertices), ("patch", self.patch)):
             if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
                 raise InputError(
-                    f"Face.{name} names {used.min()} to {used.max()}; expected 0 to {count - 1}"
+                    f"Face.{name} has indices {used.min()} to {used.max()}; expected 0 to "
+                    f"{count - 1}"
                 )
 
     def kept(self, number: IntArray) -> Face:

@@ -250,8 +250,8 @@ def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
     Parameters
     ----------
     source : what messages call the file
-    what : what it turns out not to be ("readable .npz")
-    expected : what it should have been
+    what : kind of file that was expected ("readable .npz")
+    expected : advice in the message on the expected content
 
     Raises
     ------

@@ -56,7 +56,7 @@ class NpmPackages:
 
     @property
     def install_command(self) -> str:
-        """The command that installs them."""
+        """The command that installs the packages."""
         return f"npm install --prefix {self.folder} {' '.join(self.packages)}"
 
     @property
@@ -78,12 +78,12 @@ class NpmPackages:
             return None
 
     def demand(self, what: str, instead: str) -> Path:
-        """Return their folder of modules.
+        """Return the packages' folder of modules.
 
         Raises
         ------
         MissingDependencyError
-            They are not installed. The message has the command, and what to do `instead`.
+            A package is not installed. The message has the command, and what to do `instead`.
         """
         if not self.installed:
             count = "two packages" if len(self.packages) == 2 else "a package"

@@ -94,7 +94,7 @@ def parse_yaml(data: bytes, source: object, what: str, expected: str) -> Any:
     ----------
     source : what messages call the file
     what : what it should be ("timeline")
-    expected : the same at length
+    expected : a longer description of it
 
     Raises
     ------

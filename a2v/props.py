@@ -143,7 +143,7 @@ def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArra
 
 
 def rod(start: FloatArray, end: FloatArray, radius: float, *, sides: int = 12) -> FloatArray:
-    """Return points (4 sides, 3) of a rod between two points, meters."""
+    """Return points (4 * sides, 3) on a rod between two points, meters."""
     along = np.asarray(end, np.float64) - start
     along /= max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.8 else (0.0, 0.0, 1.0))

@@ -166,7 +166,7 @@ class Record:
         if below and value.size and (int(value.min()) < least or int(value.max()) >= sizes[below]):
             found = f"{int(value.min())} to {int(value.max())}"
             raise InputError(
-                f"{type(self).__name__}.{name} names {found}; expected {least} to "
+                f"{type(self).__name__}.{name} has indices {found}; expected {least} to "
                 f"{sizes[below] - 1}"
             )
 

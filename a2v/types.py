@@ -118,7 +118,7 @@ class Motion(Record):
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
             raise InputError(
                 f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its "
-                "frames"
+                "number of frames"
             )
         order = np.arange(sizes["J"])
         if (
@@ -536,11 +536,11 @@ class RenderSettings(Record):
                 f"aspect is '{self.aspect}'; expected width:height from 1:4 to 4:1, such as 9:16"
             )
         if not 1 <= self.spp <= 65536:
-            raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
+            raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples per pixel")
         if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
             raise InputError(
-                f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are "
-                "named so"
+                f"'{odd[0]}' cannot be the name of a view; expected letters, digits, - and _, "
+                "since files get this name"
             )
         if not 0 <= self.seed < 2**32:
             raise InputError(f"the renderer's seed is {self.seed}; expected 0 to {2**32 - 1}")

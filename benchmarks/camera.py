@@ -45,7 +45,7 @@ from a2v.reconstruction.backends import DEFAULT_BACKEND, reconstruct, settings_o
 from a2v.types import Subject
 
 FITS = ("perspective+map", "perspective", "orthographic+map", "orthographic")
-"""Ways to fit: the camera, and whether the body map is used."""
+"""Kinds of fits: the camera, and whether the body map is used."""
 SURFACE = {
     "surface_chamfer_aligned": "surface",
     "surface_p2s_aligned": "P2S",
@@ -56,8 +56,8 @@ LIMBS_OF_INTEREST = [limb for limb in LIMBS if limb.endswith(("arm", "leg"))]
 
 
 def seen(case: Case, path: Path) -> Subject:
-    """The person of a photo without and beside the body map, which is not merged in yet; kept at
-    `path`."""
+    """Return the person of a photo without a body map, and the body map, which is not merged yet;
+    both are stored at `path`."""
     if path.exists():
         return Subject.load(path)
     settings = PerceptionSettings(bodymap=False, face=False, hands=False)
@@ -70,7 +70,7 @@ def seen(case: Case, path: Path) -> Subject:
 def measure(
     case: Case, subject: Subject, fit: str, *, surface: bool = False
 ) -> dict[str, float | str]:
-    """One of `FITS`, and the surface made from it if wanted, compared with the truth."""
+    """Compare one of `FITS`, and on request the surface made from it, with the truth."""
     camera, _, mapped = fit.partition("+")
     if mapped:
         assert subject.bodymap is not None
@@ -127,7 +127,8 @@ def measured(studio: Studio, pin: Pin, fits: Sequence[str], options: argparse.Na
 
 
 def table(results: Mapping[str, Mapping[str, dict[str, float]]]) -> str:
-    """A table of the photos that all fits have; `results` by fit and photo."""
+    """Return a table of the photos for which all fits are finished; `results` are by fit and
+    photo."""
     from scipy.stats import spearmanr
 
     common = sorted(set.intersection(*(set(rows) for rows in results.values())))

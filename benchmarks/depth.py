@@ -1,4 +1,4 @@
-"""How far off in depth landmarks are, before the fit and after it: `python -m benchmarks.depth
+"""Measure the errors of landmarks in depth before and after the fit: `python -m benchmarks.depth
 --studio FOLDER [--fits] [--panel development]`.
 
 People in action whose truth is known (`a2v.lab.evaluation.reconstruction.panels`), found by a2v's

@@ -67,20 +67,20 @@ LIGHT = (
     "--implicit.vertices",
     25000,
 )
-"""Return a person in a quarter of the time."""
+"""Settings with which a person takes a quarter of the time."""
 QUIET: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 
 def free_port() -> int:
-    """Return a port that nobody listens at."""
+    """Return a free port."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])
 
 
 def write_jobs(folder: Path, count: int, people: int) -> Path:
-    """A table of `count` jobs of `people` people (the sample, brighter by steps), the last of a
-    damaged photo."""
+    """Write a table of `count` jobs of `people` people (the sample photo in several brightnesses);
+    the last job has a damaged photo."""
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -192,7 +192,7 @@ class Cluster:
         )
 
     def kill(self, name: str) -> None:
-        """Kill one process as a loss of power would."""
+        """Kill one process without warning, as a loss of power would."""
         with contextlib.suppress(KeyError):
             self._running[name].kill()
 
@@ -274,7 +274,7 @@ class ObjectStore:
                 ).close()
                 return
             time.sleep(0.2)
-        raise SystemExit(f"no S3 server answers at port {port}; remove the folder and begin anew")
+        raise SystemExit(f"no S3 server answers at port {port}; remove the folder and start again")
 
     def close(self) -> None:
         """End the server; its contents are lost."""

@@ -46,7 +46,7 @@ count twice."""
 
 @dataclass(frozen=True)
 class Event:
-    """What the user saw.
+    """A state of the page that the user has seen.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def use(
 ) -> list[Event]:
     """Go from the address to a finished clip.
 
-    `watch` is called with what is being done, several times a second while the page works.
+    `watch` is called with the current action several times per second while the page works.
     """
     page.add_init_script(COUNT_CLICKS)
     started, before = time.perf_counter(), processor_seconds(server)

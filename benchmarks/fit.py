@@ -1,4 +1,4 @@
-"""The fit of Eq. 15-18 measured on posed, clothed avatars whose truth is known: `python -m
+"""Measure the fit of Eq. 15-18 on posed, clothed avatars with ground truth: `python -m
 benchmarks.fit [--avatars 6]`.
 
 Each avatar stands in a pose of its own and is photographed; a2v's own perception finds the person;

@@ -1,10 +1,10 @@
-"""How much frames flicker: `python -m benchmarks.flicker` (minutes).
+"""Measure the flicker of frames: `python -m benchmarks.flicker` (minutes).
 
 A rendered frame is the truth plus an error. An error that stays is not seen in motion, one that
 changes from frame to frame is: flicker is the root mean square of the error's change between
 consecutive frames, in levels of 255. The truth is the same picture with many samples, without
-denoising. Beside it: whole frames path traced, independent noise (another seed a frame), and no
-denoising.
+denoising. Beside it: whole frames path traced, independent noise (another seed for each frame), and
+no denoising.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""How large the person is in every view of 20 actions: `python -m benchmarks.framing [--out FILE]`.
+"""Measure the size of the person in every view of 20 actions: `python -m benchmarks.framing [--out
+FILE]`.
 
 The actions are every sixth of cmu-fine's, in alphabetical order. The sample person makes each of
 them for five seconds (seed 4). Vertices move by plain skinning and are projected into the cameras

@@ -1,13 +1,13 @@
-"""Motion models: training beside a plain loop over frames, sampling beside the matrix products' own
-rate and a plain PyTorch loop.
+"""Compare the speed of motion models: training with a plain loop over frames, sampling with the
+rate of the matrix products alone and with a plain PyTorch loop.
 
     python benchmarks/motion.py [--threads 2] [--repeats 5] [--decoder glmi-m] [--out
     out/motion_speed.json]
 
-The plain loops are what one writes first, and what the published trainer and sampler do: for every
-frame posterior, prior, generator and forward kinematics chain by chain and joint by joint. They
-share the weights of our model, and their results are compared with ours before anything is timed.
-Speed does not depend on what was learned, so weights are random and no data set is needed.
+The plain loops are the obvious implementation, and that of the published trainer and sampler: for
+every frame posterior, prior, generator and forward kinematics chain by chain and joint by joint.
+They share the weights of our model, and their results are compared with ours before anything is
+timed. Speed does not depend on what was learned, so weights are random and no data set is needed.
 
 The bars: training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one
 clip of 60 frames in at most 15 ms; 1,000 clips at 50 % or more of the rate of their matrix products
@@ -94,7 +94,7 @@ def plain_kinematics(
 
 
 class PlainGaussian(nn.Module):
-    """Posterior or prior, a frame at a time."""
+    """Posterior or prior, one frame at a time."""
 
     def __init__(self, parts: GaussianGRU) -> None:
         super().__init__()
@@ -193,8 +193,8 @@ def plain_train_step(
     batch: tuple[Tensor, ...],
     forced: bool,
 ) -> None:
-    """One iteration as published: a loss a frame, three optimizers, the whole batch with or without
-    teacher forcing."""
+    """One iteration as published: a loss per frame, three optimizers, the whole batch with or
+    without teacher forcing."""
     joints, actions, lengths, noise = batch
     for optimizer in optimizers:
         optimizer.zero_grad()
@@ -218,7 +218,8 @@ CLOCKS: dict[str, Callable[[], float]] = {"wall": time.perf_counter, "cpu": time
 def in_turns(
     works: dict[str, Callable[[], object]], repeats: int, clock: str
 ) -> dict[str, list[float]]:
-    """Seconds of each work, in turns, after one run of each that does not count."""
+    """Return the seconds of each task. The tasks run in turns, after one run of each that does not
+    count."""
     for work in works.values():
         work()
     now = CLOCKS[clock]
@@ -232,7 +233,7 @@ def in_turns(
 
 
 def dataset_like_humanact12() -> ActionDataset:
-    """Clips of 60 frames with 24 joints and 12 actions; what they show does not matter here."""
+    """Return clips of 60 frames with 24 joints and 12 actions, of any content."""
     generator = np.random.default_rng(0)
     lengths = np.full(24, 0.25)
     clips = []
@@ -266,7 +267,8 @@ def batch_of(
 
 
 def demand_equal(ours: Tensor, plain: Tensor, what: str) -> float:
-    """The largest difference; the loops must compute the same, or their times mean nothing."""
+    """Return the largest difference; the times are comparable only if the loops compute the
+    same."""
     difference = float((ours - plain).abs().max())
     if difference > 2e-3:
         raise SystemExit(
@@ -276,7 +278,7 @@ def demand_equal(ours: Tensor, plain: Tensor, what: str) -> float:
 
 
 def training(options: argparse.Namespace) -> dict[str, Any]:
-    """Iterations a second of ours and of the plain loop."""
+    """Return iterations per second of our training and of the plain loop."""
     dataset = dataset_like_humanact12()
     settings = TrainSettings(batch_size=BATCH, length=FRAMES, device="cpu", iterations=10**6)
     vae = VAESettings(decoder=options.decoder)
@@ -337,10 +339,9 @@ rows of clips from columns."""
 
 
 def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
-    """How often one run does the product of (rows a clip, inner size, columns) with a matrix that
-    is the same for all clips.
-
-    Taken from onnxruntime's own record of a run, after all it folded and fused.
+    """Return how often one run computes each product of (rows per clip, inner size, columns) with a
+    matrix that is the same for all clips. The numbers are from onnxruntime's profile of a run,
+    after its optimizations.
     """
     import onnxruntime
 
@@ -377,8 +378,8 @@ def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
 def products_session(
     products: Counter[tuple[int, int, int]], clips: int, threads: int
 ) -> Callable[[], object]:
-    """One onnxruntime graph of these products alone, each as often as it was counted, for as many
-    clips at once as the sampler takes.
+    """One onnxruntime graph of only these products, each as often as it was counted, for the
+    sampler's number of clips.
 
     Results are written to the same place each time, and nothing is optimized away: the products are
     all that is timed.
@@ -443,7 +444,7 @@ def products_session(
 
 
 def sampling(options: argparse.Namespace) -> dict[str, Any]:
-    """One clip and 1,000 clips of the shipped models and of the papers' model."""
+    """Measure one clip and 1,000 clips of the shipped models and of the papers' model."""
     results: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         vae, vae_path = exported(options.decoder, Path(folder))
@@ -507,8 +508,8 @@ print(time.perf_counter() - began, "torch" in sys.modules)
 
 
 def first_sample(options: argparse.Namespace) -> dict[str, Any]:
-    """Seconds of import and first sample of export/sample.py in processes of their own, interpreter
-    start apart and included."""
+    """Return the seconds of import and first sample of export/sample.py in new processes, without
+    and with the interpreter's start."""
     results: dict[str, Any] = {}
     for name, file in BUNDLED.items():
         inside, whole, torch_there = [], [], False
@@ -600,7 +601,7 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
         lines.append("")
     if "first_sample" in results:
         lines += [
-            "export/sample.py in a process of its own, import and first sample:",
+            "export/sample.py in a new process, import and first sample:",
             "",
             "| | s | whole process, s | torch in the process |",
             "|---|---|---|---|",

@@ -1,5 +1,5 @@
-"""The page of `a2v motion --page` in Chromium: from opening to the first clip, and from a click on
-Another to the next one.
+"""Measure the page of `a2v motion --page` in Chromium: the time from opening to the first clip, and
+from a click on Another to the next one.
 
     python -m benchmarks.motion_page [--repeats 5] [--clips 9] [--character me.glb]
 

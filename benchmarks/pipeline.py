@@ -1,5 +1,5 @@
-"""Time and memory of `a2v video` at its defaults: a first run on an empty store, then another
-action for the same photo.
+"""Measure time and memory of `a2v video` at its defaults: a first run on an empty store, then
+another action for the same photo.
 
     python benchmarks/pipeline.py [--photo P] [--frames 60] [--size 512] [--out out/bench.json]
 

@@ -1,5 +1,5 @@
-"""How well the photo's place agrees with the photo: `python -m benchmarks.place PHOTO...` (a minute
-a photo that is not remembered).
+"""Measure how well the photo's place agrees with the photo: `python -m benchmarks.place PHOTO...`
+(a minute a photo that is not remembered).
 
 The character in the photo's pose is rendered where the photo was taken and compared with the photo:
 outline (intersection over union), colors over what both show of the person (PSNR), and how far the

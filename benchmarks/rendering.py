@@ -170,11 +170,9 @@ def theirs(
 
 
 def seconds_at(rows: list[dict[str, Any]], target: float) -> float | None:
-    """Seconds by the clock at which denoised pictures reach `target` dB, interpolated along the
-    measured curve; None if they never do.
-
-    On one thread and an idle machine these are a core's seconds; Cycles' own count of CPU seconds
-    is twice that, for a thread of it waits busily.
+    """Return the wall-clock seconds at which denoised pictures reach `target` dB, interpolated
+    along the measured curve; None if they never do. On one thread of an idle machine these are CPU
+    seconds; Cycles' own count is twice as high, because one of its threads waits busily.
     """
     curve = sorted(
         ((row["wall"], row["psnr"]) for row in rows if row["denoised"]), key=lambda pair: pair[0]

@@ -131,7 +131,7 @@ def build(given: dict[str, np.ndarray], folder: Path) -> object:
 
 
 def set_up(given: dict[str, np.ndarray]) -> None:
-    """The same path length, filter and denoiser as the other half."""
+    """Set the path length, filter and denoiser of the other half."""
     scene = bpy.context.scene
     render, cycles = scene.render, scene.cycles
     render.engine, cycles.device = "CYCLES", "CPU"

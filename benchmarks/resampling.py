@@ -37,8 +37,8 @@ LOW, HIGH = 12, 30
 
 
 def measure(clip: Motion) -> dict[str, tuple[float, ...]]:
-    """By way: mean and 99 % error (cm), relative error of speeds, jitter and sliding of feet over
-    the recording's, depth under it (mm)."""
+    """Return for each interpolation: mean and 99 % error (cm), relative error of speeds, jitter and
+    sliding of feet relative to the recording's, and depth below its floor (mm)."""
     arrays = {
         name: getattr(clip, name)[:: round(clip.fps / LOW)]
         for name in ("joints", "rotations", "root")
@@ -80,8 +80,8 @@ def jitter(joints: FloatArray) -> float:
 
 
 def slide(joints: FloatArray, clip: Motion) -> float:
-    """Path of low feet over the ground, mm a frame at 20 fps; the floor is where the recording's
-    lowest joint mostly is."""
+    """Return the path of low feet over the ground, mm per frame at 20 fps; the floor is at the
+    usual height of the recording's lowest joint."""
     names = canonical_joints(clip.joint_names, clip.parents.tolist())
     feet = [names[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot")]
     return foot_slide(
@@ -95,7 +95,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
-    parser.add_argument("--every", type=int, default=3, help="take every so many recordings")
+    parser.add_argument("--every", type=int, default=3, help="use every n-th recording")
     options = parser.parse_args()
     if not (options.data / "cmu_bvh.zip").is_file():
         print(f"{options.data}/cmu_bvh.zip is not here; nothing is measured")

@@ -1,4 +1,4 @@
-"""A person is taken out of twelve ordinary rooms whose empty state is known: `python -m
+"""Measure the removal of a person from twelve ordinary rooms whose empty state is known: `python -m
 benchmarks.rooms --data ../shared/data`.
 
 Rooms and people are rendered (`a2v.lab.studio.rooms`, two minutes of one core each; `--kept` keeps
@@ -31,7 +31,7 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 _CHANGED = 8
 """Levels by which a shadow changes a pixel."""
 _HOLE = 10
-"""Pixels around the person that belong to the hole."""
+"""Width of the hole's margin around the person, pixels."""
 _TALL = 1.7
 """Height of the person, meters."""
 

@@ -1,4 +1,4 @@
-"""What many videos cost: a small batch measured here, and a simulation of the scheduler on its
+"""Estimate the cost of many videos: measure a small batch, and simulate the scheduler with its
 times.
 
     python -m benchmarks.scale --folder out/scale --people 50 --actions 3 --frames 8 --size 128
@@ -8,8 +8,8 @@ times.
 The first makes a batch of `--sample` people on one worker with every request to the object store
 counted, then one of `--people` on `--workers` with an empty store, and compares its time with
 simulations from the sample's times of tasks and from its own. The second simulates a thousand
-people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are
-all remembered: what the engine takes for a node.
+people with ten actions each from `DEFAULTS`. The third runs a graph of that number of remembered
+nodes, and gives the engine's time per node.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Costs:
-    """Of a task of each kind (person, motion, video).
+    """Costs of a task of each kind (person, motion, video).
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ one core, requests and bytes as `measure` counted them at 8 frames of one view."
 
 
 def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:
-    """Hours of a batch in the order in which `pipelines.batch` does it: people, motions (one an
+    """Return the hours of a batch in the order of `pipelines.batch`: people, motions (one per
     action), videos that wait for both."""
     lasting = [
         second + requests * costs.latency
@@ -223,8 +223,8 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def overhead(folder: Path, nodes: int) -> dict[str, Any]:
-    """Processor time of a graph of about `nodes` nodes, computed and then remembered; small
-    numbers, in the shape of the real graph."""
+    """Return the processor time of a graph of about `nodes` nodes, computed and then remembered. It
+    has the shape of the real graph; its values are small numbers."""
     from pipelines.engine.run import run
     from pipelines.engine.store import Store
     from tests.support.numbers import GRAPH, Scale

@@ -1,4 +1,4 @@
-"""What taking the photo's shading out brings, and how well its camera is found: `python -m
+"""Measure the benefit of removing the photo's shading, and the errors of its camera: `python -m
 benchmarks.shading --studio runs/studio` (a minute a photo).
 
 Photos of the pinned panels, whose albedo and cameras are known (docs/evaluation.md). Colors: where
@@ -105,7 +105,7 @@ def _against(colors: FloatArray, true: FloatArray) -> tuple[float, float]:
 
 
 def told(rows: list[Row]) -> str:
-    """The table and the means under it."""
+    """Return the table with the means below it."""
     lines = [
         "| photo | error, with shading | without | PSNR dB, with | without | ground at the feet, ° "
         "| soles | found |",

@@ -4,11 +4,11 @@ workers are killed and the disk gets full.
     nice -n 10 python -m benchmarks.soak --folder out/soak --minutes 60 --clients 50 --kills 10
     --full 2 --seed 0
 
-Everything goes to 127.0.0.1. The folder and the store lie on a small file system of their own (a
-tmpfs, which needs root; without it nothing gets full). Afterwards the page has to answer, to list
-what is there, to make a video, and to have forgotten whoever was removed; its memory is compared
-with what it had after the first two minutes under the same load. Prints one JSON object; exits with
-1 where a check fails.
+Everything goes to 127.0.0.1. The folder and the store lie on a separate small file system (a tmpfs,
+which needs root; without root the disk is never full). Afterwards the page must answer, list its
+contents, make a video, and hold nothing of removed people; its memory is compared with what it had
+after the first two minutes under the same load. Prints one JSON object; exits with 1 where a check
+fails.
 """
 
 from __future__ import annotations
@@ -87,13 +87,13 @@ def small_disk(folder: Path) -> Iterator[bool]:
 
 
 class Client(threading.Thread):
-    """A client that does one thing after another, drawn with a seed, until it is stopped.
+    """A client that performs random actions one after the other until it is stopped.
 
     Parameters
     ----------
     number : names the photos that are their own
-    until : when to stop, `time.monotonic`
-    figures : what was answered how often, shared
+    until : time to stop, `time.monotonic`
+    figures : number of each kind of answer, shared by all clients
     """
 
     def __init__(
@@ -279,7 +279,7 @@ def kill_one(server: Server, draw: random.Random) -> str:
 
 
 def fill(folder: Path, seconds: float) -> None:
-    """Leave no free space for `seconds`."""
+    """Fill the disk for `seconds`."""
     path = folder / "filler"
     with contextlib.suppress(OSError), path.open("wb") as stream:
         while True:
@@ -431,9 +431,9 @@ def main() -> int:
         "no answer of 500": not any(name.endswith(": 500") for name in told["answers"]),
         "nobody hangs": not told["clients that hang"],
         "memory within a tenth": size["at the end"] < 1.1 * size["after two minutes"],
-        "lists what is there": all(after["listed"].values()),
+        "lists its contents": all(after["listed"].values()),
         "makes a video": after["made"] == "done" and after["film"][1] > 1000,
-        "ends when asked to": ended is not None,
+        "ends on SIGTERM": ended is not None,
         "nothing is left of anybody": not after["left in the page's folder"]
         and "subject" not in after["remembered calls that are left"],
     }

@@ -1,8 +1,8 @@
-"""How feet stand, how lively clips are and how seeds differ, every action as the commands make it:
-python -m benchmarks.standing [--model cmu-fine] [--clips 4]
+"""Measure foot contact, liveliness and variation between seeds, for every action as the commands
+make it: python -m benchmarks.standing [--model cmu-fine] [--clips 4]
 
-The same as ``a2v evaluate --stand``, without a classifier, and at another tempo or along a circle
-where that is asked for. Writes Markdown to --out.
+The same as ``a2v evaluate --stand``, without a classifier, and on request at another tempo or along
+a circle. Writes Markdown to --out.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from a2v.types import Motion
 
 TURN = np.linspace(0, 5, 50)
 CIRCLE = GroundPath(np.stack([2 * (1 - np.cos(TURN)), 2 * np.sin(TURN)], axis=-1))
-"""Of 2 m, five radians long."""
+"""Path along a circle of 2 m, five radians long."""
 
 
 def main() -> None:

@@ -1,9 +1,10 @@
-"""How many prompts are understood: ``python -m benchmarks.words [--half development] [--show]``.
+"""Count the prompts that are understood: ``python -m benchmarks.words [--half development]
+[--show]``.
 
 ``tests/motion/words.csv`` was written before the matcher that it measures, ``words_everyday.csv``
 before that was changed the next time. A row holds a prompt, what a person would accept, and the
-lengths that it asks for. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted
-for one of them, `` / `` other ways to part it; ``*`` stands for any end of a name; ``refuse`` for a
+requested lengths. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted for one
+of them, `` / `` other ways to part it; ``*`` stands for any end of a name; ``refuse`` for a
 refusal. A prompt is *servable* where every step has an accepted action that is shipped. It is
 
 - *served*: every step is an accepted action, and the lengths are those of the row,
@@ -33,7 +34,8 @@ FILES = ("words.csv", "words_everyday.csv", "words_fresh.csv", "words_blind.csv"
 
 Steps = Sequence[tuple[str, float | None]]
 Resolver = Callable[[str], Steps]
-"""A prompt to its steps' actions and seconds; raises `InputError` where it refuses."""
+"""Function from a prompt to the actions and seconds of its steps; it raises `InputError` for a
+refusal."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class Row:
 
 
 def _is(action: str, accepted: Sequence[str]) -> bool:
-    """Whether an action has one of the names."""
+    """Return whether an action has one of the names."""
     return any(
         fnmatchcase(plain_name(action), "*".join(map(plain_name, name.split("*"))))
         for name in accepted
@@ -90,7 +92,7 @@ def _is(action: str, accepted: Sequence[str]) -> bool:
 
 
 def read_rows(name: str = "words.csv") -> list[Row]:
-    """The prompts of a file of ``tests/motion``."""
+    """Read the prompts of a file of ``tests/motion``."""
     with (TESTS / name).open(newline="", encoding="utf-8") as stream:
         return [Row.of(row) for row in csv.DictReader(stream)]
 
@@ -112,8 +114,8 @@ def verdict(row: Row, resolve: Resolver, actions: Sequence[str]) -> tuple[str, s
 def count(
     rows: Sequence[Row], resolve: Resolver, actions: Sequence[str]
 ) -> tuple[Counter[str], list[tuple[str, str, str]]]:
-    """How often each verdict falls, with "servable": rows that are servable and are not to be
-    refused; and (verdict, prompt, answer) of the bad ones."""
+    """Count the verdicts, and "servable": rows that are servable and need no refusal. Also return
+    (verdict, prompt, answer) of the bad ones."""
     counts: Counter[str] = Counter()
     bad = []
     for row in rows:
@@ -127,7 +129,7 @@ def count(
 
 
 def today() -> tuple[Resolver, list[str]]:
-    """What the commands do with a prompt, and every action that can be asked for."""
+    """Return the commands' interpretation of prompts, and every available action."""
     from a2v.motion.catalog import catalog, understand
 
     def resolve(text: str) -> Steps:

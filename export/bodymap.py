@@ -75,7 +75,7 @@ def export_bodymap(
     """
     if not 0 < blend <= 1:
         raise InputError(
-            f"blend is {blend:g}; expected a share of the trained weights over 0, at most 1"
+            f"blend is {blend:g}; expected a share of the trained weights, above 0 and at most 1"
         )
     if blend < 1 and not initial:
         raise InputError(

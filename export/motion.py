@@ -84,9 +84,9 @@ class StepGraph(nn.Module):
         time: Tensor,
         lengths: Tensor,
     ) -> tuple[Tensor, ...]:
-        """New (previous, prior, low, high, trajectory), native units, and where `_keeps_turns` the
-        rotation vectors (B, 3 n) of the n bones, in the plan's order and in half turns, from -1 to
-        1; `lengths` are (n, B)."""
+        """Return the new (previous, prior, low, high, trajectory), native units, and if
+        `_keeps_turns` the rotation vectors (B, 3 n) of the n bones, in the plan's order and in half
+        turns, from -1 to 1; `lengths` are (n, B)."""
         model, decoder = self.model, self.model.pose_decoder
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
@@ -131,8 +131,8 @@ class StepGraph(nn.Module):
     def _velocity(
         self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J)
-        and h^o."""
+        """Return GLMI-R's state and the root's velocity (B, 3), from local joints, the previous
+        poses (B, 3 J) and h^o."""
         decoder = self.model.pose_decoder
         made = nn.functional.linear(torch.cat([local, poses, told], -1), *velocity_entry(decoder))
         hidden, last, leak = velocity_layers(decoder)

@@ -1,4 +1,4 @@
-"""Another guidance and temperature for an exported window flow, whose weights stay.
+"""Change the guidance and the temperature of an exported window flow; its weights stay.
 
     python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75 [--actions factors.csv]
 
@@ -78,8 +78,8 @@ def retune(
     cooled = [(node, side) for node, side in products if node.input[1 - side] == "noise"]
     if not pushed or not cooled:
         raise InputError(
-            f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it "
-            "with one"
+            f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export the "
+            "model with one"
         )
     by_action = np.array([temperature * own.get(name, 1.0) for name in said["actions"]], np.float32)
     values = {

@@ -274,7 +274,7 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 
 
 def bone_rotmats(rotations: np.ndarray, chains: list[list[int]]) -> dict[int, np.ndarray]:
-    """Return world rotations (T, 3, 3) of bones by the joint where each ends.
+    """Return world rotations (T, 3, 3) of the bones; the key of a bone is the joint at its end.
 
     The root's is the identity.
     """
@@ -394,7 +394,7 @@ def main(arguments: list[str] | None = None) -> int:
         "--out", type=Path, help="F.npz (all clips) or F.bvh (with --count N: F_000.bvh, ...)"
     )
     parser.add_argument(
-        "--frames", type=int, default=None, help="frames a clip (default: the model's)"
+        "--frames", type=int, default=None, help="frames per clip (default: the model's)"
     )
     parser.add_argument("--count", type=int, default=1, help="clips to generate")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise")

@@ -56,7 +56,7 @@ class _Running(RunOptions):
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
-        """The progress function, or bars."""
+        """Yield the user's progress function if there is one, else progress bars."""
         if self.listener is not None:
             yield self.listener
             return
@@ -199,7 +199,7 @@ def make_character(
     cache : path or None
         The store; by default ``$A2V_CACHE``, else ``~/.cache/a2v``, as for the commands.
     workers : int or None
-        Processes; one a core by default.
+        Number of processes; one per core by default.
     values : the options of ``a2v reconstruct`` by their names with underscores
         ``mask="m.png"``, ``backend="body-prior"``, ``fit={"height": 1.6}``.
 
@@ -305,8 +305,8 @@ def make_video(
         return video_command.make(options, tell=lambda line: None).files[0]
     if target.suffix.lower() != ".mp4":
         raise InputError(
-            f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every "
-            "file of a video"
+            f"cannot write {target}; expected a name that ends in .mp4, or a folder for all "
+            "files of a video"
         )
     if film.in_photo:
         raise InputError(

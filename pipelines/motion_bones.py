@@ -55,7 +55,7 @@ def first_frames(path: str, frames: int | None) -> Motion:
 def own_bones(model: MotionModel, bones: str | None, scale: float | str) -> np.ndarray | None:
     """Return the bone lengths (J,) of the person in the file --bones, times --bone-scale.
 
-    They are in native units. The result is None without a file.
+    They are in native units. None without a file.
     """
     if bones is None:
         return None

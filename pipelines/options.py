@@ -203,10 +203,8 @@ def actions_of(kind: type) -> list[argparse.Action]:
 def _parser(
     kind: type, prog: str, about: str, examples: str, level: int
 ) -> jsonargparse.ArgumentParser:
-    """Build the parser.
-
-    Its help shows the options of every day (`level` 0), all options for users (1), or the settings
-    of the laboratory too (2).
+    """Build the parser. Its help shows the most common options (`level` 0), all options for users
+    (1), or the settings of the laboratory too (2).
     """
     jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
@@ -219,26 +217,26 @@ def _parser(
     )
     levels = {"print_config": 1, "json": 1} | dict(_add(parser, kind, None, headings=level > 0))
     parser.add_argument(
-        "--config", action="config", help="YAML file of settings, by the names of these options"
+        "--config", action="config", help="YAML file with values of these options, by their names"
     )
     parser.add_argument(
         "--json",
         action="store_true",
-        help="one JSON object on standard output: files, facts or the error",
+        help="print one JSON object with files, facts and errors",
     )
     hidden = {action.dest: _level(action.dest, levels) for action in parser._actions}
     if any(hidden[name] for name in hidden if name not in ("print_config", "json")):
         parser.add_argument(
             "--help_all",
             action="store_true",
-            help="every option, including the settings of the stages",
+            help="show every option, including the settings of the stages",
         )
     within = sum(found == 2 for found in hidden.values())
     if within:
         parser.add_argument(
             "--help_lab",
             action="store_true",
-            help=f"also {within} internal settings of the stages, for research",
+            help=f"show {within} internal settings of the stages as well, for research",
         )
     for action in parser._actions:
         if hidden.get(action.dest, int(action.dest == "help_lab")) > level:
@@ -377,7 +375,8 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
 
 
 def _with_underscores(argument: str) -> str:
-    """Return an argument as the parser knows it: only the name loses its hyphens, not the value."""
+    """Return an argument in the parser's form: hyphens in its name become underscores, its value is
+    unchanged."""
     if not argument.startswith("--"):
         return argument
     name, given, value = argument[2:].partition("=")

@@ -22,7 +22,7 @@ from pipelines.options import flag, option
 
 RIG = f"bones of exports: {', '.join(RIGS)}"
 ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
-VISEMES = "add 15 visemes with the names of oculus or vrchat; rig: those of the rig (talkinghead has Oculus')"  # noqa: E501
+VISEMES = "add 15 visemes with the names of oculus or vrchat; rig: the names of the rig, if it has visemes"  # noqa: E501
 """Help of options with these names."""
 
 
@@ -103,8 +103,7 @@ def check_avatar(options: RigOptions) -> None:
     """
     if options.rig not in (OWN_RIG, "vrm"):
         raise InputError(
-            f"a .vrm requires the rig vrm, given was {options.rig}; leave --rig out, or write a "
-            ".glb"
+            f"a .vrm requires the rig vrm, not {options.rig}; leave --rig out, or write a .glb"
         )
     if options.root_motion:
         raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")

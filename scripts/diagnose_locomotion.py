@@ -1,4 +1,4 @@
-"""Which part of generated clips costs FID and accuracy on single actions (Table 4).
+"""Find out which part of generated clips worsens FID and accuracy on single actions (Table 4).
 
     python scripts/diagnose_locomotion.py --data ../shared/data --actions Jump,Walk
     python scripts/diagnose_locomotion.py --data ../shared/data --run runs/cmu --actions Jump,Walk

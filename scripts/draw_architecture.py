@@ -57,7 +57,7 @@ def layers() -> list[list[str]]:
 
 
 def sources(package: str) -> list[Path]:
-    """The Python files of a package."""
+    """Return the Python files of a package."""
     return sorted((ROOT / package).rglob("*.py"))
 
 
@@ -88,7 +88,7 @@ def imported_names(path: Path) -> Iterator[str]:
 
 
 def room_imports() -> dict[str, list[str]]:
-    """The rooms that each room imports."""
+    """Return the rooms that each room imports."""
     rooms = [name for row in layers() for name in row]
     shown = {
         name.rpartition(".")[2]: name.rpartition(".")[0]
@@ -323,7 +323,8 @@ def draw_rooms(sheet: Sheet) -> None:
 
 
 def draw_values(sheet: Sheet) -> None:
-    """Draw a column per node and a lane per value: filled where it is made, open where it is used."""
+    """Draw a column per node and a lane per value: a filled dot for the node that makes it, an open
+    dot for a node that uses it."""
     nodes, types = stages()
     made = [name for stage in nodes for name in stage.gives]
     given = list(

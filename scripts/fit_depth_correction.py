@@ -4,8 +4,8 @@
     a2v/perception/data/depth_correction.npz
 
 The detector looks at the views of a studio's data set (`a2v studio`), whose landmarks are known; a
-ridge regression on its training identities, every view mirrored too, learns what is missing to the
-true depths. Prints the errors on the validation identities.
+ridge regression on its training identities, with every view mirrored too, learns the difference to
+the true depths. The script prints the errors on the validation identities.
 """
 
 from __future__ import annotations
@@ -42,8 +42,7 @@ GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_in
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """What the detector sees in a view (``keypoints``, ``keypoints_3d``), and the true depths
-    (33,).
+    """Detected landmarks of a view (``keypoints``, ``keypoints_3d``), and the true depths (33,).
 
     The depths are in the detector's meters.
     """
@@ -89,7 +88,7 @@ def collect(studio: Studio, folder: Path, split: str, size: int = 512) -> list[S
 
 
 def fit(samples: list[Sample], strength: float) -> DepthCorrection:
-    """Ridge regression, all of it in closed form."""
+    """Fit a ridge regression in closed form."""
     every = [*samples, *(sample.mirrored() for sample in samples)]
     features = np.array(
         [detector_features(sample.keypoints, sample.keypoints_3d) for sample in every]

@@ -59,7 +59,8 @@ def main() -> int:
 
 
 def front_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Faces (F,) bool of the skin that a camera before the face sees, without the eyes."""
+    """Return the faces (F,) bool of the skin that a camera in front of the face sees, without the
+    eyes."""
     scene = ray_scene(vertices, faces, threads=1)
     middle = vertices[faces].mean(axis=1)
     start = middle + np.array([0, 0, 5.0])
@@ -72,8 +73,8 @@ def front_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def on_triangles(
     vertices: np.ndarray, faces: np.ndarray, front: np.ndarray, xy: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The front face (K,) that each place (K, 2) lies on or next to, and its barycentric
-    coordinates (K, 3)."""
+    """Return the front face (K,) at or next to each place (K, 2), and barycentric coordinates (K,
+    3) in it."""
     flat = vertices * [1, 1, 0]
     own = np.flatnonzero(front)
     hits = ray_scene(flat, faces[own], threads=1).compute_closest_points(

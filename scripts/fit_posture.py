@@ -101,7 +101,7 @@ def dips(source: dict[str, FloatArray], side: str) -> FloatArray:
 
 
 def upright(back: FloatArray) -> FloatArray:
-    """Whether backs (T, 3) are within `UPRIGHT` of +y, (T,) bool."""
+    """Return which backs (T, 3) lean by at most `UPRIGHT` from +y, (T,) bool."""
     return back[:, 1] > np.cos(np.deg2rad(UPRIGHT)) * np.linalg.norm(back, axis=-1)  # type: ignore[no-any-return]
 
 

@@ -33,8 +33,8 @@ sys.path.insert(0, str(ROOT))
 
 
 def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
-    """A photo, its surface by Eq. 14 alone from `turns`, degrees, and with the photo continued,
-    (size, W, 3)."""
+    """Return a photo beside its surface seen from `turns`, degrees, colored by Eq. 14 alone and
+    with the photo continued, (size, W, 3)."""
     store = Store()
     outcome = run(
         ["subject", "body", "photo_camera", "surface_with_face"],

@@ -5,12 +5,13 @@
 
 and from the gestures of our own in ``scripts/gestures.py``.
 
-``a2v/motion/clips.csv`` says which there are and how they play. The two libraries' people differ by
-a centimeter in the leg: all become the first one's. Joints are kept to a fifth of a millimeter, as
-differences from frame to frame. A joint ``head_front`` is added before the face, since joints alone
-do not say which way a head looks. Clips that walk on the spot get the pace at which their feet
-would stand: the median of what the lower foot moves backwards while it is down. The last frame of a
-cycle that repeats the first is left out.
+``a2v/motion/clips.csv`` lists the clips and how they are played. The people of the two libraries
+differ by a centimeter in the length of the legs: all clips get the legs of the first library.
+Joints are kept to a fifth of a millimeter, as differences from frame to frame. A joint
+``head_front`` is added in front of the face, since joints alone do not give the direction in which
+a head looks. Clips that walk on the spot get the pace at which their feet would stand: the median
+of what the lower foot moves backwards while it is down. The last frame of a cycle that repeats the
+first is left out.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ FRONT = np.array([0.0, 0.04, 0.12])
 DOWN = 0.02
 """Height of a foot's ball above its lowest place below which it is in contact, meters."""
 REPEATS = 0.5
-"""The last frame repeats the first if their difference is below this share of that of two frames.
+"""The last frame repeats the first one if their difference is below this share of the difference of
+two successive frames.
 """
 
 
@@ -74,7 +76,8 @@ def pace_of(motion: Motion, travels: str) -> float:
 
 
 def leg_length(lengths: np.ndarray, names: Sequence[str]) -> float:
-    """Thigh and shin, out of the lengths (J,) of bones that end at the joints `names`."""
+    """Return the length of thigh and shin, from the lengths (J,) of the bones that end at the
+    joints `names`."""
     return float(lengths[names.index("calf_l")] + lengths[names.index("foot_l")])
 
 

@@ -81,7 +81,7 @@ def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
     notes = "; ".join(str(note) for note in outcome.notes)
     return np.hstack(
         [np.asarray(square), *looks, *clay]
-    ), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'nothing is told'}"
+    ), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'no notes'}"
 
 
 def main() -> int:

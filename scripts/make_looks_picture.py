@@ -1,4 +1,4 @@
-"""The sample person in every look, side by side: ``docs/images/looks.jpg``.
+"""Draw the sample person in every look, side by side: ``docs/images/looks.jpg``.
 
 python scripts/make_looks_picture.py [--time 1.0] [--size 512]
 """

@@ -40,9 +40,9 @@ WIDTH = 760
 FPS = 5.0
 """Frames per second of ``page.webp``."""
 HELD = {"page is ready": 7, "photo is shown": 5, "character moves": 0, "clip": 3}
-"""Number of frames for which ``page.webp`` holds what was just reached."""
+"""Number of frames for which ``page.webp`` holds each new state of the page."""
 SHARE = {"looking": 3, "body": 4, "surface": 3, "textured": 3, "moving": 3, "rendering": 20}
-"""Number of frames of ``page.webp`` that show a time of waiting."""
+"""Number of frames of ``page.webp`` for each wait."""
 AFTER = 14
 """Number of frames at the end: the finished video plays."""
 ARROW = ((0, 0), (0, 26), (7, 20), (12, 31), (17, 29), (12, 18), (21, 18))
@@ -51,7 +51,7 @@ ARROW = ((0, 0), (0, 26), (7, 20), (12, 31), (17, 29), (12, 18), (21, 18))
 
 @dataclass
 class Film:
-    """Screenshots of a page, by what the page was doing."""
+    """Screenshots of a page, by the action of the page."""
 
     page: Page
     seen: list[tuple[str, ByteArray]] = field(default_factory=list)
@@ -127,7 +127,7 @@ def center(page: Page, selector: str) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Use the page, write both pictures, and print what was measured."""
+    """Use the page, write both pictures, and print the measurements."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,11 +1,11 @@
-"""What the page of `a2v serve` shows before anything is made: a stick figure for every action, and
-the sample person in four stages.
+"""Make the first pictures of the page of `a2v serve`: a stick figure for every action, and the
+sample person in four stages.
 
     python scripts/make_page_pictures.py [--figures] [--sample] [--cache FOLDER]
 
 Writes ``figures.json`` and ``sample.webp`` into ``pipelines/serve/page``. Figures are motions of
-the shipped models (seed 0), seen from half before; they take a minute. The sample person takes as
-long as a character does where the store does not have it.
+the shipped models (seed 0), seen from the front left; they take a minute. The sample person takes
+as long as a new character, unless the store has it.
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ BONES = (
     (12, 13),
     (13, 14),
 )
-"""Of the drawing, by places in `JOINTS`."""
+"""Bones of the drawing, as positions in `JOINTS`."""
 METERS = 2.4
-"""What a picture shows, from the ground up and around the pelvis."""
+"""Height of a picture from the ground up, and its width around the pelvis, meters."""
 ANGLE = np.radians(35.0)
-"""Where the figure is looked at from, to its left."""
+"""Direction of the camera from the front to the figure's left."""
 
 
 def figure(motion: Motion) -> str:

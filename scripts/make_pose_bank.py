@@ -2,9 +2,9 @@
 
     python scripts/make_pose_bank.py --data ../shared/data --out a2v/body/data/pose_bank_anny.npz
 
-Frames of the papers' CMU set, without their heading, thinned out so that no two are alike (farthest
-points of the joints' places, of which a pose and its mirror image count as one), become angles of
-Anny's rig by inverse kinematics, as `scripts/fit_pose_prior.py` has it.
+Frames of the papers' CMU set, without their heading, become angles of Anny's rig by inverse
+kinematics, as in `scripts/fit_pose_prior.py`. Only poses whose joints are far apart from each other
+are kept (farthest points); a pose and its mirror image count as one.
 """
 
 from __future__ import annotations

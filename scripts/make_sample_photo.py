@@ -2,7 +2,7 @@
 
 python scripts/make_sample_photo.py [--avatar NHPI_M_1_Casual] [--out FILE.jpg] [--sheet NAME ...]
 
-So no real person's picture is needed. It uses the avatars of ``$A2V_DATA/avatars`` (default:
+No picture of a real person is needed. It uses the avatars of ``$A2V_DATA/avatars`` (default:
 ``../shared/data`` beside the repository). The same script makes the same picture, up to the
 renderer's rounding. `--sheet` makes a contact sheet of several avatars instead.
 """

@@ -1,5 +1,5 @@
-"""Contact sheets to be looked at, into an ignored folder: each photo beside its character from all
-sides, and in motion.
+"""Draw contact sheets into an ignored folder: each photo beside its character from all sides, and
+in motion.
 
     python scripts/make_sheets.py [NAME ...] [--out sheets] [--action Walk] [--frames 4] [--size
     320] [--docs] python scripts/make_sheets.py [NAME ...] --faces       heads instead: expressions
@@ -62,7 +62,7 @@ FACES: dict[str, dict[str, float]] = {
     "open jaw": {"jawOpen": 1.0},
     **{vowel: EXPRESSIONS[vowel] for vowel in ("aa", "ih", "ou", "ee", "oh")},
 }
-"""Expressions that are looked at; vowels as VRM's presets have them."""
+"""Drawn expressions; vowels have the strengths of VRM's presets."""
 PLACED = {"eyes": (*RIGHT_EYE, *LEFT_EYE), "brows": BROWS, "lips": LIPS}
 """Landmarks that are measured."""
 
@@ -98,8 +98,8 @@ def photographed(avatar: Path, folder: Path) -> Path:
 
 
 def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size: int) -> np.ndarray:
-    """The photo's crop, the surface from all sides, the character in T-pose, frames of the action
-    in four views, and what the user is told."""
+    """Draw the photo's crop, the surface from all sides, the character in T-pose, frames of the
+    action in four views, and the notes for the user."""
     store = Store()
     parameters = video_parameters(
         store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed
@@ -154,8 +154,8 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
 
 
 def t_pose_row(character: Character, width: int) -> np.ndarray:
-    """The character in T-pose from the front, the side, behind and above: what touched in the photo
-    has come apart. (H, width, 3)."""
+    """Draw the character in T-pose from the front, the side, behind and above, (H, width, 3): parts
+    that touch in the photo must be separate."""
     vertices = deform(character, rest_transforms(character.body, load_rig("vrm")))
     moved = dataclasses.replace(character.surface, vertices=vertices, face=None)
     sides = [
@@ -167,8 +167,8 @@ def t_pose_row(character: Character, width: int) -> np.ndarray:
 
 
 def face_sheet(photo: Path, *, size: int) -> np.ndarray:
-    """The photo's face, its expressions from before and turned by 45 degrees; prints how far
-    landmarks are off, pixels of a face of 512."""
+    """Draw the photo's face, and its expressions from the front and turned by 45 degrees. Print the
+    errors of landmarks, pixels of a face of 512."""
     bars = Bars()
     outcome = run(
         ["subject", "photo_camera", "colored_surface"],
@@ -219,10 +219,9 @@ def _measure(
     middle: np.ndarray,
     extent: float,
 ) -> None:
-    """Where the surface has the landmarks, and where the detector sees them on its neutral picture,
-    against where it saw them on the photo.
-
-    What the detector itself is off by stands beside it: the same photo, looked at in other squares.
+    """Compare the landmarks of the surface, and those detected in its neutral picture, with those
+    detected in the photo. For comparison it also measures the error of the detector itself: the
+    same photo in other squares.
     """
     face, landmarks = surface.face, subject.face
     assert face is not None
@@ -259,7 +258,7 @@ def _measure(
 
 
 def _tell(name: str, how: str, seen: np.ndarray, asked: np.ndarray, known: np.ndarray) -> None:
-    """Print how far landmarks (478, 2) are from those asked for, in pixels of a face of 512."""
+    """Print the distances of landmarks (478, 2) from their targets, in pixels of a face of 512."""
     away = 512 / float(np.ptp(asked[:, 1])) * np.linalg.norm(seen - asked, axis=1)
     parts = {part: away[[index for index in ids if known[index]]] for part, ids in PLACED.items()}
     said = (

@@ -1,10 +1,10 @@
-"""Makes the tables of words that prompts are read with, out of WordNet 3.0's database (Debian's
+"""Make the tables of words for reading prompts from WordNet 3.0's database (Debian's
 package ``wordnet-base``, its license is in ``a2v/motion/words.license.txt``).
 
     apt-get download wordnet-base && dpkg-deb -x wordnet-base_*.deb wn
     python scripts/make_word_tables.py wn/usr/share/wordnet
 
-- ``a2v/motion/words.txt.gz``: a line a stem, with what it can be, the most frequent first: ``v`` a
+- ``a2v/motion/words.txt.gz``: one line per stem with its classes, the most frequent first: ``v`` a
   verb, ``n`` a noun of an act or an event, ``o`` of a thing, ``m`` of an animal, ``c`` of a person,
   place, time, group, quality or feeling, ``j`` an adjective, ``r`` an adverb; ``x``: two words that
   mean something of their own (``sit up``).
@@ -65,7 +65,7 @@ VERBS = {
     "laugh": 1,
     "cry": 2,
 }
-"""Verbs that actions are called by, and their sense in WordNet."""
+"""Verbs in the names of actions, and their senses in WordNet."""
 ANIMALS = {
     "monkey": 1,
     "chicken": 2,
@@ -112,21 +112,21 @@ MISLEADING = frozenset(
         "egg",
     ]
 )
-"""Words that are kinds of another by the dictionary, and look otherwise."""
+"""Words that the dictionary lists as kinds of another, but whose motion looks different."""
 SENSES_TRIED = 1
-"""Of a word's senses, the most frequent ones that count."""
+"""Number of a word's most frequent senses that are used."""
 DEEPEST = 3
-"""How many kinds of kinds are followed."""
+"""Largest number of steps from a kind to its kind."""
 CLASSES = (
     dict.fromkeys(("04", "11"), "n")
     | {"05": "m"}
     | dict.fromkeys(("06", "08", "10", "13", "17", "20", "27"), "o")
 )
-"""Lexicographers' files of nouns to the letters above; all others are ``c``."""
+"""Letters of the table by lexicographers' files of nouns; all others are ``c``."""
 
 
 def read_index(folder: Path, part: str) -> dict[str, list[str]]:
-    """Words of a part of speech to their senses' places, the most frequent first."""
+    """Map the words of a part of speech to the places of their senses, the most frequent first."""
     found = {}
     for line in (folder / f"index.{part}").read_text("latin-1").splitlines():
         if not line.startswith(" "):
@@ -136,7 +136,8 @@ def read_index(folder: Path, part: str) -> dict[str, list[str]]:
 
 
 def read_data(folder: Path, part: str) -> dict[str, tuple[str, list[str], list[str]]]:
-    """Places to lexicographer's file, words and what the sense is a kind of."""
+    """Map places of senses to the lexicographer's file, the words, and the senses that they are
+    kinds of."""
     found = {}
     for line in (folder / f"data.{part}").read_text("latin-1").splitlines():
         if line.startswith(" "):
@@ -155,8 +156,8 @@ def read_data(folder: Path, part: str) -> dict[str, tuple[str, list[str], list[s
 
 
 def frequencies(folder: Path) -> Counter[tuple[str, str]]:
-    """How often a word was met as a part of speech ("1" noun, "2" verb, "3" and "5" adjective, "4"
-    adverb)."""
+    """Return how often a word occurs as each part of speech ("1" noun, "2" verb, "3" and "5"
+    adjective, "4" adverb)."""
     counts: Counter[tuple[str, str]] = Counter()
     for line in (folder / "cntlist.rev").read_text("latin-1").splitlines():
         key, _, count = line.split()

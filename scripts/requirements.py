@@ -1,4 +1,4 @@
-"""Print what pyproject.toml needs, one requirement a line: pip checks hashes of these, but not of a
+"""Print the requirements in pyproject.toml, one per line: pip checks hashes of these, but not of a
 folder (``-e .``).
 
     python scripts/requirements.py dev dask         # and what these extras need
@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def requirements(project: Mapping[str, Any], extras: Sequence[str]) -> list[str]:
-    """What a project and some of its extras need, in the order of the file; extras that name others
-    of the project's extras are followed."""
+    """Return the requirements of a project and of some of its extras, in the order of the file.
+    Extras that refer to other extras of the project are followed."""
     found, left, seen = list(project["dependencies"]), list(extras), set[str]()
     while left:
         extra = left.pop(0)

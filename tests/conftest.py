@@ -14,7 +14,10 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The folder of real data (`A2V_DATA`, else ``../shared/data``); without it tests are skipped."""
+    """The folder of real data; tests are skipped without it.
+
+    It is `A2V_DATA`, else ``../shared/data``.
+    """
     folder = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     if not folder.is_dir():
         pytest.skip(f"real data not present: {folder} does not exist (set A2V_DATA)")

@@ -30,11 +30,11 @@ LONG_FUNCTIONS: dict[str, str] = {
 MANY_PARAMETERS: dict[str, str] = {
     "a2v/geometry/simplify.py:_collapse": "compiled by numba: arrays, no objects",
     "a2v/reconstruction/backs/matching.py:_sweep": "compiled by numba: arrays, no objects",
-    "pipelines/engine/run.py:run": "what a run may be told, one keyword each; the graph's own inputs are the last",
+    "pipelines/engine/run.py:run": "the settings of a run, one keyword each; the graph's own inputs are the last",
     "export/flow.py:forward": "the inputs of an ONNX graph, by their names",
     "export/motion.py:forward": "the inputs of an ONNX graph, by their names",
     "export/reconstruction.py:forward": "the inputs of two ONNX graphs, by their names",
-    "pipelines/options.py:option": "what an option may be told, one keyword each",
+    "pipelines/options.py:option": "the properties of an option, one keyword each",
 }
 LONG_FILES: dict[str, str] = {
     "a2v/types.py": "all types on the arrows, most of it what their fields mean",

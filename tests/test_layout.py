@@ -9,8 +9,7 @@ FOLDER = Path(__file__).resolve().parent
 
 
 def imported_modules(path: Path) -> set[str]:
-    """Full names of all modules that a file may import, those within functions and ``from package
-    import module`` included."""
+    """Full names of all modules that a file may import, also within functions."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

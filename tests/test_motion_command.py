@@ -142,7 +142,7 @@ def test_pictures(tmp_path, suffix):
     [
         (["--start", "none.npz"], "none.npz does not exist"),
         (["--start_frames", 30, "--start", "START"], "start_frames is 30"),
-        (["--start", "START", "--frames", 9, "--fps", 12], "ask for more"),
+        (["--start", "START", "--frames", 9, "--fps", 12], "make the result longer"),
         (["--frames", 9, "--seconds", 2], "both frames (9) and seconds (2)"),
         (["--seconds", 0], "seconds is 0"),
         (["--speed", 50], "speed is 50"),

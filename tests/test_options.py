@@ -232,8 +232,10 @@ def test_the_command_lines_that_are_shown_are_understood(page):
 
 
 def understood(name: str, arguments: list[str], *, whole: bool) -> bool:
-    """Whether a command takes `arguments`; unless they are the `whole`, what it needs may be
-    missing or stand for something."""
+    """Whether a command takes `arguments`.
+
+    Unless they are the `whole`, required options may be missing, and values may be placeholders.
+    """
     try:
         options_of(name, *arguments)
     except InputError as error:

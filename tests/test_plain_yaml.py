@@ -58,7 +58,7 @@ def read_as(kind: str, path: Path) -> object:
     if kind in (
         "timeline",
         "keyframes",
-    ):  # the file is refused before the model is asked for anything
+    ):  # the file is refused before the model is used
         read = {
             "timeline": read_timeline,
             "keyframes": lambda source, model: read_keyframes(source, model, fps=20.0),

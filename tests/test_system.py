@@ -15,7 +15,7 @@ from a2v import system
 ROOT = Path(__file__).resolve().parents[1]
 HERE = "a2v/system.py"
 ALONE = {"export/sample.py"}
-"""Stands alone, and asks for the umask, which Windows has too."""
+"""Files that import nothing of a2v, and so read the umask themselves; Windows has it too."""
 
 MODULES = {
     "fcntl",

@@ -42,8 +42,7 @@ NOTING = {
 
 
 def texts(node: ast.AST) -> list[list[str]]:
-    """The constant pieces of each sentence among the literals of `node`: what is returned,
-    appended, listed or noted."""
+    """The constant pieces of each sentence among the literals of `node`."""
     found: list[list[str]] = []
     inside: set[int] = set()
     for part in ast.walk(node):

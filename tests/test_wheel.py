@@ -23,7 +23,7 @@ def tracked() -> list[str]:
         ["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=False
     )
     if listed.returncode:
-        pytest.skip("this is no git checkout: it cannot be told which files are the project's")
+        pytest.skip("without a git checkout the project's files are unknown")
     return [name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
 
 

@@ -29,7 +29,7 @@ _SURE = 0.08
 where the arm entered is then more reliable."""
 _ASIDE = 1.5
 """Weight of the direction to the arm's own side relative to the place of entry: an arm that enters
-at the front and leaves at the back passes the side."""
+the trunk at the front and leaves it at the back has to go around the side."""
 _ROUNDS = 10
 """Largest number of rounds of finding the points inside and turning the arms."""
 _POINTS = 10

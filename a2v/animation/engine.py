@@ -125,7 +125,7 @@ def _importance(character: Character) -> FloatArray:
 
 
 def _of_bone(name: str) -> float:
-    """Weight of shape errors around a vertex that this bone moves most."""
+    """Return the weight of shape errors around the vertices that the bone moves most."""
     stem = name.removeprefix("left_").removeprefix("right_")
     return (
         HEAD
@@ -137,8 +137,8 @@ def _of_bone(name: str) -> float:
 
 
 def coarser(character: Character, triangles: int, texture: int = 4096) -> Character:
-    """A copy with fewer triangles and the same pictures, at most `texture` texels a side; it keeps
-    the normal map of the finer character."""
+    """Return a copy with fewer triangles and the same textures, at most `texture` texels a side; it
+    keeps the normal map of the finer character."""
     small = engine_ready(
         character, EngineSettings(triangles=triangles, normal_map=0, texture=texture)
     )

@@ -22,7 +22,7 @@ class BlinkSettings:
     Attributes
     ----------
     rate : float
-        Blinks a minute, on average; 0 for none. People at rest blink 10 to 20 times.
+        Blinks per minute, on average; 0 for none. People at rest blink 10 to 20 times.
     closing : float
         Time that the lids take to close, seconds.
     closed : float
@@ -44,14 +44,14 @@ class BlinkSettings:
 
     def __post_init__(self) -> None:
         if not 0 <= self.rate <= 60:
-            raise InputError(f"blink.rate is {self.rate}; expected 0 to 60 a minute")
+            raise InputError(f"blink.rate is {self.rate}; expected 0 to 60 blinks per minute")
         if (
             not all(0 < length <= 2 for length in (self.closing, self.opening, self.least))
             or not 0 <= self.closed <= 2
         ):
             raise InputError(
                 f"blink.closing is {self.closing}, closed {self.closed}, opening {self.opening}, "
-                f"least {self.least}; expected over 0 and at most 2 seconds (closed may be 0)"
+                f"least {self.least}; expected more than 0 and at most 2 seconds (closed may be 0)"
             )
         if self.seed < 0:
             raise InputError(f"blink.seed is {self.seed}; expected 0 or more")

@@ -68,7 +68,7 @@ class LifeSettings:
         if self.hands not in ("auto", *HAND_POSES):
             raise InputError(f"hands is '{self.hands}'; choose from auto, {', '.join(HAND_POSES)}")
         if not all(0 <= value <= 3 for value in (self.gaze, self.breath, self.sway)):
-            raise InputError("gaze, breath and sway are sizes from 0 (none) by 1 (natural) to 3")
+            raise InputError("gaze, breath and sway must be from 0 (none) to 3; 1 is natural")
         if self.cycle < 0 or self.seed < 0:
             raise InputError("cycle and seed of the life settings cannot be negative")
 

@@ -173,8 +173,8 @@ def load_rig(name: str) -> RigSpec:
 def _read_table(name: str) -> dict[str, Any]:
     """Read the JSON of a rig.
 
-    A rig that is ``like`` another has its bones with names without a ``prefix``, with ``capitals``,
-    and ``more`` bones.
+    A table with the key ``like`` has the bones of that other rig. ``prefix`` is removed from their
+    names, ``capitals`` makes the first letters capitals, and ``more`` adds bones.
     """
     table: dict[str, Any] = json.loads(
         (Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8")

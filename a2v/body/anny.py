@@ -257,7 +257,7 @@ class AnnyModel(BodyModel):
         return child, leaves
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the bones, as in `BodyModel.tails`."""
+        """Return the far ends of the bones, as `BodyModel.tails`."""
         import torch
 
         child, leaves = self._tail_table

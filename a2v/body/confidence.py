@@ -157,9 +157,8 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
             residuals.get("second_photo", ""), f"their {residuals.get('second_photo', 'left')}"
         )
         return [
-            f"how far to the front or the back the {names} reaches is unsure; a second photo of "
-            "the "
-            f"same person from {side} tells most (--photo once more)"
+            f"the depth of the {names} is uncertain; a second photo of the same person from {side} "
+            "would help most (give --photo again)"
         ]
     return []
 

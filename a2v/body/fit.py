@@ -158,7 +158,7 @@ class Fit:
 
     @property
     def total(self) -> int:
-        """Steps of the progress."""
+        """Number of steps that the fit reports to its progress."""
         return self.settings.rounds + 3
 
     def to_photo(self) -> FitResult:

@@ -229,7 +229,7 @@ def alike_outline(
         flat = np.stack([x, -bank.points[..., 1]], axis=-1)
         least, most = flat.min(axis=1) - _BORDER, flat.max(axis=1) + _BORDER
         ratio = (high - low) / (most - least)
-        scale = np.sqrt(ratio.prod(axis=1))  # pixels a meter
+        scale = np.sqrt(ratio.prod(axis=1))  # pixels per meter
         shift = (high + low) / 2 - scale[:, None] * (most + least) / 2
         bones = (1 - steps) * flat[:, first, None] + steps * flat[:, last, None]
         pixels = scale[:, None, None] * bones.reshape(len(flat), -1, 2) + shift[:, None]

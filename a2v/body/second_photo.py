@@ -49,7 +49,8 @@ def best_side(errors: Mapping[str, float], turned: float, *others: float) -> str
     turned : float
         `heading` of the person in the first photo, degrees.
     *others : float
-        The same in the other photos that are given. They have reduced the errors.
+        `heading` of the person in each other photo. `errors` already include what these photos
+        show.
     """
     known = max((abs(math.sin(math.radians(other - turned))) for other in others), default=0.0)
     limbs = {

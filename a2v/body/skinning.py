@@ -107,8 +107,8 @@ class BodyModel(Protocol):
         ...
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the bones (..., B, 3): the main child's head, or the tip of the flesh for a
-        bone without children.
+        """Return the far ends of the bones (..., B, 3): the main child's head, or the tip of the
+        flesh for a bone without children.
 
         From posed vertices (..., V, 3) and bone heads (..., B, 3), all in meters.
         """

@@ -185,8 +185,8 @@ class SmplModel(BodyModel):
         )
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the joints' bones (..., B, 3): the main child's joint, or the flesh's
-        tip."""
+        """Return the far ends of the joints' bones (..., B, 3): the main child's joint, or the
+        tip of the flesh."""
         import torch
 
         main = {
@@ -363,7 +363,7 @@ def _checked(
         or faces.astype(np.int64).min(initial=0) < 0
         or faces.max(initial=0) >= vertices
     ):
-        raise InputError(f"{path}: f names vertices that are not there")
+        raise InputError(f"{path}: f has indices of vertices that do not exist")
     if (parents[1:] < 0).any() or (parents[1:] >= np.arange(1, bones)).any():
         raise InputError(f"{path}: kintree_table does not list parents before children")
     return arrays

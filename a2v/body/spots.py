@@ -12,8 +12,8 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 TURNED = 0.05
-"""Distance that equals a difference of one unit between normals, meters. So the front of an arm is
-not near its back."""
+"""Distance that equals a difference of one unit between normals, meters. It keeps the front of an
+arm from counting as near its back."""
 _HELIX = 0.97
 """Vertices of a head at least at this fraction of its largest half width belong to the ears."""
 _CHEEK = 0.03

@@ -1,4 +1,5 @@
-"""New starts for a limb that the fit left away from the photo's limb or at a doubtful depth."""
+"""New starts for a limb that the fit put in the wrong place in the photo, or at an uncertain
+depth."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def geman_mcclure(square: Tensor, scale: float) -> Tensor:
 def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
     """Eq. 16: weighted sum of ρ over squared errors (..., n).
 
-    Of projected landmarks and of depths along limbs the errors are relative to the person's height.
+    The errors of projected landmarks and of depths along limbs are relative to the person's height.
     """
     return (weights * geman_mcclure(square, scale)).sum(-1)
 
@@ -241,7 +241,7 @@ def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Ten
 def alike(first: Tensor, second: Tensor, spread: Tensor) -> Tensor:
     """Penalize the difference between the angles (D,) of one person in two photos.
 
-    The tolerance is a fifth of their `spread` (D,) among standing people. It is robust in each
-    angle: an arm that has moved costs no more than a fixed sum.
+    The tolerance is a fifth of their `spread` (D,) among standing people. The penalty of each angle
+    is bounded, so that an arm that has moved costs at most a fixed amount.
     """
     return geman_mcclure(((first - second) / (0.2 * spread)).square(), 2.0).sum(-1)

@@ -263,8 +263,8 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
             else f"one body does not fill photo {worse[0]}"
         )
         return [
-            f"the photos may show different persons ({found}): colors and shape of all are mixed; "
-            "give photos of one person alone"
+            f"the photos may show different persons ({found}): their colors and shapes are "
+            "mixed; give photos of only one person"
         ]
     return []
 

@@ -151,7 +151,7 @@ class Figure:
         return torch.einsum("tbij,lbj->tli", turns, self.marks) + self.frame.shares @ heads
 
     def joints(self, turns: Tensor, heads: Tensor) -> Tensor:
-        """`JOINTS` (T, J, 3), meters."""
+        """Return the positions (T, J, 3) of `JOINTS`, meters."""
         carrier = self.frame.joint_carrier
         moved: Tensor = (turns[:, carrier] @ self.points[None, :, :, None])[..., 0] + heads[
             :, carrier

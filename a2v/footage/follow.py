@@ -143,7 +143,8 @@ def _seen(
     """Return all sightings of a video, and the expected number of frames."""
     if reel.seconds and settings.start >= reel.seconds:
         raise InputError(
-            f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
+            f"start is {settings.start:g}, but {reel.source} has only {reel.seconds:.1f} seconds; "
+            "give an earlier start"
         )
     length = min(limit, max(reel.seconds - settings.start, 0) or limit)
     expected = max(1, round(length * min(reel.rate or RATE, RATE))) if np.isfinite(length) else 1
@@ -208,14 +209,16 @@ def _longest(
 ) -> Piece:
     """Choose the piece in which the person is seen in most frames."""
     if not sightings:
-        raise InputError(f"{reel.source} has no frames from {settings.start:g} s on")
+        raise InputError(
+            f"{reel.source} has no frames after {settings.start:g} s; give an earlier start"
+        )
     pieces = pieces_of(sightings)
     if not pieces:
         seen = sum(one.keypoints is not None for one in sightings)
         if settings.person > 1 and tracker.people < settings.person:
             raise InputError(
-                f"follow.person is {settings.person}, but at most {tracker.people} can be told "
-                f"apart in {reel.source}; give a smaller number"
+                f"follow.person is {settings.person}, but at most {tracker.people} people are "
+                f"distinguished in {reel.source}; give a smaller number"
             )
         if seen:
             raise InputError(

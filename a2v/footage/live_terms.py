@@ -157,7 +157,7 @@ class Costs:
         self.sure = track.confidence[-1][SEGMENT_ENDS].min(axis=-1)
 
     def at(self, pose: Pose) -> tuple[float, FloatArray, FloatArray]:
-        """Return the cost, its gradient and its approximate curvature, each halved but the cost."""
+        """Return the cost, half of its gradient and half of its approximate curvature."""
         posed = self.figure.posed(pose)
         total = _Sum(FREE + len(pose.angles))
         marks, moves = attached(self.figure.marks, self.figure.shares, posed)

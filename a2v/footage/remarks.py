@@ -33,8 +33,8 @@ def clock(seconds: float) -> str:
 
 
 def unseen_parts(track: Track, start: float) -> list[str]:
-    """Report when which part of the person was not seen, a sentence each. `start` is the time in
-    the video of the track's time 0."""
+    """Return one sentence per part of the person that was not seen for some time. `start` is the
+    time in the video of the track's time 0."""
     said: list[tuple[float, str]] = []
     for part, names in {"person": BODY, **PARTS}.items():
         rows = [LANDMARK_INDEX[name] for name in names]
@@ -48,9 +48,7 @@ def unseen_parts(track: Track, start: float) -> list[str]:
             for begin, end in _spans(gone, track)
         ]
     said.sort()
-    more = (
-        [f"and {len(said) - _MOST} more times something was not seen"] if len(said) > _MOST else []
-    )
+    more = [f"and {len(said) - _MOST} more times a part was not seen"] if len(said) > _MOST else []
     return [text for _, text in said[:_MOST]] + more
 
 
@@ -113,7 +111,7 @@ def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str
         )
     if not np.isfinite(asked) and last >= LONGEST - 0.5 and reel.seconds > LONGEST + 1:
         said.append(
-            f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are "
+            f"the video has {clock(reel.seconds)} minutes; only the first {LONGEST / 60:.0f} are "
             "followed"
         )
     if people > 1:

@@ -61,10 +61,11 @@ class FollowSettings:
     def __post_init__(self) -> None:
         if not 0 <= self.person <= 20:
             raise InputError(
-                f"person is {self.person}; expected 1 for the largest, 2 for the next one... or 0"
+                f"person is {self.person}; expected 1 for the largest person, 2 for the second "
+                "largest, and so on up to 20, or 0 for the largest in the middle"
             )
         if not 0 <= self.start <= 86_400:
-            raise InputError(f"start is {self.start}; expected seconds, 0 to 86400")
+            raise InputError(f"start is {self.start}; expected 0 to 86400 seconds")
         if not 256 <= self.side <= 1920:
             raise InputError(f"side is {self.side}; expected 256 to 1920 pixels")
         if not 0.5 <= self.height <= 2.5:
@@ -82,5 +83,6 @@ class FollowSettings:
             )
         if not 32 <= self.window <= 400 or not 1 <= self.steps <= 1000:
             raise InputError(
-                "window is a number of frames from 32 to 400, and steps from 1 to 1000"
+                f"window is {self.window}, steps is {self.steps}; expected 32 to 400 frames and "
+                "1 to 1000 steps"
             )

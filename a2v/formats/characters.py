@@ -142,7 +142,7 @@ _LEAST_TURN = 0.02
 
 
 def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Sum the `values` (F, 3) of the faces around each vertex: (count, 3)."""
+    """Return for each of `count` vertices the sum of the `values` (F, 3) of the faces around it."""
     return np.stack(
         [np.bincount(faces.ravel(), np.repeat(values[:, axis], 3), count) for axis in range(3)],
         axis=-1,

@@ -166,8 +166,8 @@ def _even(joints: FloatArray, durations: FloatArray, step: float) -> FloatArray:
         return joints
     if times[-1] / step * joints.shape[1] > MAX_JOINT_FRAMES:
         raise InputError(
-            f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; "
-            "cut it"
+            f"the clip lasts {times[-1]:.0f} s, {step:g} s per frame, which is too long to be "
+            "read; cut it"
         )
     from scipy.interpolate import PchipInterpolator
 

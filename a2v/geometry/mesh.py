@@ -36,7 +36,8 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
     """Interpolate values (V, K) of vertices at points in faces; returns (n, K).
 
     `corner` (n, 3) are the vertices of each point's face, `weight` (n, 3, 1) its barycentric
-    weights. The result equals the sum over an axis of (n, 3, K) bit by bit, in half the time.
+    weights. The result is bit by bit that of a sum over an axis of (n, 3, K), but takes half the
+    time.
     """
     first, second, third = (values[corner[:, k]] * weight[:, k] for k in range(3))
     return np.asarray(first + second + third)

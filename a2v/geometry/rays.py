@@ -250,8 +250,7 @@ def side_view(
 
 
 def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
-    """Return the hits as those of rays `index` among `count` rays, of which the others hit
-    nothing."""
+    """Return hits of `count` rays: these hits at the places `index`, and nothing at the others."""
     hit, distance = np.zeros(count, bool), np.full(count, np.inf, np.float32)
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
     hit[index], distance[index], face[index], uv[index] = (

@@ -27,8 +27,9 @@ class PlantSettings:
         of the body's speed that is added to it. The feet of a generated runner slide with the body,
         but far slower than they swing.
     least, most : float
-        A foot whose height and speed, in these units, add up to less than `least` is in contact;
-        the better one of two is in contact up to `most`, since one foot must stand.
+        A foot whose height and speed, in these units, add up to less than `least` is in contact; of
+        two feet, the one with the smaller sum is in contact up to `most`, since one foot must
+        stand.
     low : float
         Height in meters above its own floor below which the better foot must be in contact. Above
         it, the person is airborne.

@@ -35,7 +35,7 @@ class ChainPlan(NamedTuple):
     path : (J, n)
         1 where a bone is on the way from the root to a joint.
     along : (n, n)
-        1 where a bone (column) is another one (row) or comes after it in its chain.
+        1 if the bone of the column is that of the row, or comes after it in its chain.
     """
 
     joints: Tensor
@@ -76,7 +76,7 @@ class ChainPlan(NamedTuple):
 
 
 class Exponentials(NamedTuple):
-    """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2,
+    """Rotation vectors, and the coefficients of their exponentials: sin(a)/a and (1 - cos(a))/a^2,
     each (..., N)."""
 
     rotvec: Tensor

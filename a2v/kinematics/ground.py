@@ -58,7 +58,9 @@ def ground_trajectory(motion: Motion) -> GroundTrajectory:
         The motion is a batch, or the hips and shoulders of its skeleton are unknown.
     """
     if motion.batch:
-        raise InputError("a path over the ground is of one clip; this Motion is a batch")
+        raise InputError(
+            "a path over the ground needs one clip; this Motion is a batch: index it first"
+        )
     return trajectory_of(
         motion.joints,
         motion.joint_names,

@@ -174,8 +174,8 @@ def outpaint(
     )
     if len(given) >= frames:
         raise InputError(
-            f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or "
-            "give fewer of them"
+            f"the start has {len(given)} frames at {model.fps:g} fps; make the result longer "
+            "than that, or shorten the start"
         )
     vectors = given - given[:, np.maximum(skeleton.parents, 0)]
     lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.meters_per_unit

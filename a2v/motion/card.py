@@ -233,7 +233,7 @@ def _texts_by_action(entries: _Entries, name: str, actions: int) -> tuple[tuple[
 
 
 def _common(entries: _Entries) -> dict[str, Any]:
-    """Fields of `ModelCard`."""
+    """Read the fields that cards of all models have, those of `ModelCard`."""
     tree, actions = entries.part("skeleton"), entries.texts("actions")
     joints = tree.texts("joint_names")
     rest = tree.items("rest_directions", length=len(joints))

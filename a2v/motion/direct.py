@@ -194,8 +194,8 @@ def _on_ground(
 
 
 def _timed(direction: Direction, seconds: float) -> Direction:
-    """Return the direction with keyframe times counted from the beginning of a motion of `seconds`,
-    in order."""
+    """Return the direction with its keyframes in order of time, all counted from the beginning of a
+    motion of `seconds`."""
     keys = [
         dataclasses.replace(key, time=seconds - key.time, to_end=False) if key.to_end else key
         for key in direction.keyframes
@@ -203,8 +203,8 @@ def _timed(direction: Direction, seconds: float) -> Direction:
     for key in keys:
         if not -1e-6 <= key.time <= seconds + 1e-6:
             raise InputError(
-                f"a keyframe is at {key.time:g} s, and the motion lasts {seconds:g} s; ask for "
-                "more --seconds"
+                f"a keyframe is at {key.time:g} s, but the motion lasts only {seconds:g} s; "
+                "increase --seconds"
             )
     return dataclasses.replace(direction, keyframes=tuple(sorted(keys, key=lambda key: key.time)))
 
@@ -251,11 +251,11 @@ def check_directed(
             f"{model.path.name} cannot be directed; choose a model that can, such as cmu-fine"
         )
     if direction.path is not None and len(steps) != 1:
-        raise InputError("a path is walked by one action; give one --action")
+        raise InputError("a path takes one action; give one --action")
     if count != 1:
         raise InputError(
-            f"count is {count}, and a directed motion is one clip; another --seed makes it in "
-            "another way"
+            f"count is {count}, but a directed motion is one clip; give another --seed for "
+            "another performance"
         )
     for hold in direction.holds:
         model.skeleton.index(hold.joint)

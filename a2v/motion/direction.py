@@ -58,8 +58,8 @@ class Hold:
     def __post_init__(self) -> None:
         if not 0 <= self.start < self.end:
             raise InputError(
-                f"'{self.joint}' is held from {self.start:g} to {self.end:g} s; expected a time "
-                "from 0 on and a later one"
+                f"'{self.joint}' is held from {self.start:g} to {self.end:g} s; expected a start "
+                "of at least 0 and a later end"
             )
 
 

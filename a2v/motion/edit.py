@@ -218,8 +218,8 @@ def make_loop(
     )
     if motion.frames < fade + least + 2:
         raise InputError(
-            f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes "
-            f"{fade + least + 2} or more (ask for --seconds 5)"
+            f"{motion.frames} frames are too few for a loop, which needs {fade + least + 2} or "
+            f"more at {motion.fps:g} fps; give a longer motion, such as --seconds 5"
         )
     skeleton = skeleton_of_motion(motion)
     path = ground_trajectory(motion)

@@ -207,5 +207,5 @@ def _vector(value: object, size: int, what: str) -> list[float]:
 
 def _checked(time: float) -> float:
     if time < 0:
-        raise InputError(f"a keyframe is at {time:g} s; expected a time from 0 on")
+        raise InputError(f"a keyframe is at {time:g} s; expected a time of at least 0")
     return time

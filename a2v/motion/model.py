@@ -62,7 +62,7 @@ class MotionModel:
             )
         if path.suffix == ".pt":
             raise InputError(
-                f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
+                f"{path} is a checkpoint of a training, not a motion model (.onnx); a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
             )
         return cls(path, read_card(path))
 
@@ -162,7 +162,7 @@ class MotionModel:
         """
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(
-                f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames"
+                f"{start.shape[1]} of {labels.shape[1]} frames are given, so none are left to generate; increase the number of frames"
             )
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
         joints, rotations = self.sampler.generate(

@@ -127,7 +127,7 @@ def write_motion_page(
     pieces = _pieces(parts | {name: _packed(data) for name, data in packed.items()})
     if sum(map(len, pieces)) > MAX_PAGE_BYTES:
         raise InputError(
-            f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds "
+            f"the page would have {sum(map(len, pieces)) >> 20} MB; expected at most "
             f"{MAX_PAGE_BYTES >> 20} MB"
         )
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:

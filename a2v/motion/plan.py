@@ -72,7 +72,7 @@ class MotionPlan:
 
     @property
     def path(self) -> str:
-        """A file that results depend on; `digest` is that of all of them."""
+        """One file that the results depend on; `digest` covers all files."""
         return str(LIBRARY if self.model is None else self.model.path)
 
     @property

@@ -61,7 +61,7 @@ NEGATIONS = frozenset(
     ]
 )
 UNKNOWING = frozenset(["know", "idea", "clue"])
-"""After a negation these are a shrug: "I don't know"."""
+"""Words after a negation that mean a shrug: "I don't know"."""
 RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
 """Words that end a negation."""
 STILL = frozenset(["move", "anyth", "stir", "budg"])

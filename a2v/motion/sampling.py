@@ -16,8 +16,8 @@ from a2v.motion.steer import Steerer
 from a2v.types import FloatArray, IntArray
 
 Noise = Callable[[tuple[int, ...], int], FloatArray]
-"""Returns standard normal numbers (float32) of a shape, for the part of the clips that begins at a
-frame."""
+"""Function of a shape and a first frame that returns standard normal numbers (float32) for the part
+of the clips from this frame on."""
 
 RESULTS = ("joints", "rotations")
 """Outputs of every graph: meters, and rotation vectors, (N, T, J, 3) each."""

@@ -107,8 +107,8 @@ class StepSampler:
 
 
 def _frames_feed(labels: IntArray, noise: FloatArray) -> dict[str, np.ndarray]:
-    """Inputs of a step graph with a column a frame: labels (N, T), noise (N, T, Z) and the time
-    counter (N, T) in (0, 1]."""
+    """Return the inputs of a step graph, one column per frame: labels (N, T), noise (N, T, Z) and
+    the time counter (N, T) in (0, 1]."""
     count, frames = labels.shape
     time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
     return {

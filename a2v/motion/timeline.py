@@ -38,11 +38,11 @@ class Take:
     frames : int
         Number of frames of the result, shared equally by steps without a given length.
     fps : float
-        Frames a second of the result.
+        Frames per second of the result.
     seed, count : int
         Seed of all clips, and their number.
     lengths : (J,) float or None
-        Bone lengths, native units; the model's own without.
+        Bone lengths, native units; None for the model's own.
     """
 
     frames: int
@@ -140,7 +140,8 @@ def _timed_step(
 
 
 def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
-    """Frames of each step at `fps`: its own length, else an equal share of `frames`.
+    """Return the number of frames of each step at `fps`: its own length, else an equal share of
+    `frames`.
 
     Raises
     ------
@@ -179,12 +180,12 @@ def perform(
     take : Take
         With one clip the result has no leading dimension.
     speed : float
-        Tempo of the whole, beside that of its steps.
+        Tempo of the whole motion, multiplied with that of each step.
     skip_rest : bool
         Actions begin at the first movement, see `MotionModel.generate`.
     steerer : callable or None
-        What guides the one clip, given its `Moments` (`a2v.motion.direct`); the clip keeps its
-        steered place.
+        Makes the steerer of the one clip from its `Moments` (`a2v.motion.direct`). The clip keeps
+        its steered place.
 
     Raises
     ------
@@ -280,8 +281,8 @@ def _moments(
     factors on the length of strides (T,).
 
     `lasting`: frames of each step; `ease`: frames over which the tempo changes; `speed`: the tempo
-    of all; `made_for_one`: frames made for one of a step as recorded. What goes faster takes longer
-    steps (`strides`) where it `travels` freely, and the less quicker ones.
+    of all; `made_for_one`: generated frames for one frame of a step at the recorded tempo. A faster
+    motion takes longer steps (`strides`) where it `travels` freely, so its tempo rises less.
     """
     speeds = np.repeat([step.speed * speed for step in steps], lasting)
     if np.ptp(speeds) > 0:

@@ -34,8 +34,8 @@ SHORT_SHARE = 0.3
 through the laboratory in at most three seconds."""
 
 ENDING_FRAMES = 2
-"""Frames at the end of a window's motion in which it comes to rest. A window that is continued
-drops them."""
+"""Number of frames at the end of a window in which the motion comes to rest. They are dropped if
+another window continues it."""
 
 BROKEN = 20
 """The shortest 1/20 of an action's clips are never drawn: among longer clips they are mostly

@@ -356,7 +356,7 @@ def _robust_fit(
     """Fit the coefficients (M, 3) of the polynomial with terms `basis` (n, M) to values (n, 3),
     CIELAB, with weights (n,).
 
-    Errors beyond `_ERROR` have less weight; darker ones already from half of it on.
+    Errors beyond `_ERROR` have less weight; if the value is too dark, errors beyond half of it.
     """
     trust = np.ones(len(values))
     ridge = np.diag([1e-6 * 10.0 ** (i + j) for i, j in terms]) * weight.sum()

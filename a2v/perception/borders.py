@@ -131,7 +131,7 @@ def _fitted(
 
 
 def _same(line: _Line, other: _Line, gap: float) -> bool:
-    """Return whether two lines are the same."""
+    """Return whether two lines nearly coincide."""
     if abs(line.along @ other.along) < np.cos(np.radians(4)):
         return False
     normal = np.array([-other.along[1], other.along[0]])

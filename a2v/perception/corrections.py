@@ -147,7 +147,7 @@ class Corrections:
             if not (-width <= u <= 2 * width and -height <= v <= 2 * height):
                 raise InputError(
                     f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the "
-                    f"photo's {width} x {height} pixels; are they of this photo?"
+                    f"photo's {width} x {height} pixels; do they belong to it?"
                 )
         return dataclasses.replace(moved, units="pixels")
 
@@ -289,7 +289,7 @@ def _stroke(value: object, far: float, what: str, source: object) -> Stroke:
         )
     if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]
         raise InputError(
-            f"{source}: {what} has the radius {brief(radius)}; expected a number over 0"
+            f"{source}: {what} has the radius {brief(radius)}; expected a number above 0"
         )
     places = tuple(_place(point, far, f"a point of {what}", source) for point in points)
     return Stroke(points=places, radius=float(radius), add="add" in value)  # type: ignore[arg-type]

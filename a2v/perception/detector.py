@@ -65,7 +65,7 @@ class Detection:
     def scaled(self, scale: float, offset: tuple[float, float], size: tuple[int, int]) -> Detection:
         """Map the detection to a picture of `size` (width, height).
 
-        Pixel p of this picture is ``p * scale + offset`` of that one.
+        Pixel p of this detection's picture is ``p * scale + offset`` of the other one.
         """
         import cv2
 

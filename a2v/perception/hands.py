@@ -39,7 +39,7 @@ class HandDetector(Solution):
         return graph
 
     def one(self, picture: ByteArray) -> tuple[FloatArray, str, float] | None:
-        """Find the hand in `picture` (H, W, 3) uint8, or None.
+        """Find the hand in `picture` (H, W, 3) uint8; None if there is no hand.
 
         Returns
         -------

@@ -68,14 +68,14 @@ def locate(
     warnings: list[str],
     who: Who = None,
 ) -> Located:
-    """Find the person; `mask` (H, W) and `keypoints` (33, 3) are given by the user.
+    """Find the person; `mask` (H, W) and `keypoints` (33, 3) are those that the user gave, or None.
 
     Notes for the user are appended to `warnings`.
 
     Raises
     ------
     InputError
-        Nobody is found, or the person is given in two ways.
+        Nobody is found, or two inputs select the person.
     """
     with Detector(confidence) as detector:
         if mask is None and keypoints is None:

@@ -10,7 +10,7 @@ from a2v.perception.behind import fill_by_regions, find_regions, fit_shading
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 SIDE = 800
-"""Longest side at which the hole is filled, pixels; the photo's own grain beyond is not
+"""Longest side of the picture in which the hole is filled, pixels. Finer grain of the photo is not
 continued."""
 _BLUR = 0.004
 """Light is compared after smoothing by this, a fraction of the longer side."""
@@ -64,7 +64,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     if mask.shape != (height, width):
         raise InputError(
             f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give "
-            "both at one size"
+            "both the same size"
         )
     longest = max(height, width)
     hole = _grown(mask > 0.02, round(border * longest))

@@ -256,8 +256,8 @@ def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignor
 
 
 def _slopes(picture, hole, targets, place, weights, half):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Return, for every pixel of the hole, the mean difference to its right and lower neighbor in
-    the examples over it.
+    """Return the mean difference of every pixel of the hole to its right and lower neighbor, over
+    the examples of all patches that contain the pixel.
 
     Plain loops for numba.
     """

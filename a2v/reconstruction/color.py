@@ -373,7 +373,7 @@ def _check_given(
         raise InputError(f"prior has shape {np.shape(prior)}; expected ({count}, 3)")
     if spots is not None and len(spots.parts) != count:
         raise InputError(
-            f"spots are of {len(spots.parts)} points; expected the surface's {count} vertices"
+            f"spots has {len(spots.parts)} points; expected {count}, one for each vertex"
         )
 
 

@@ -96,8 +96,8 @@ def seen_face(
 
 
 def skin_like(color: FloatArray) -> bool:
-    """Return whether a color (3,) may be that of a face in any light: black hair and gray masks in
-    front of the cheeks are too gray, and green or blue light is rare."""
+    """Return whether a color (3,) may be that of a face. Hair and masks in front of the cheeks are
+    too gray, and faces in green or blue light are too rare."""
     _, a, b = lab_of(color)
     return bool(np.hypot(a, b) > 5 and -10 < np.degrees(np.arctan2(b, a)) < 95)
 

@@ -124,8 +124,8 @@ class CameraPath(Record):
     def __post_init__(self) -> None:
         if not re.fullmatch(NAME_PATTERN, self.name):
             raise InputError(
-                f"'{self.name}' names no camera; expected letters, digits, - and _, since files "
-                "are named so"
+                f"'{self.name}' cannot be the name of a camera; expected letters, digits, - and "
+                "_, since files get this name"
             )
         where = f"camera '{self.name}'"
         numbers = [
@@ -194,7 +194,7 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     ------
     InputError
         The file cannot be read, is not a YAML mapping, or has an unknown field or an unusable
-        value; The message names the file and the camera.
+        value. The message names the file and the camera.
     """
     import difflib
 

@@ -44,12 +44,12 @@ class Framing(Record):
         if not 0 < self.fov < 180 or not 0 <= self.margin < 0.5 or not 0 < self.share <= 1:
             raise InputError(
                 f"fov {self.fov}, margin {self.margin}, share {self.share}; expected 0 to 180 "
-                "degrees, 0 to 0.5, 0 to 1"
+                "degrees, 0 to 0.5, and 0 to 1"
             )
         if self.smoothing < 0 or self.ease < 0 or (self.height is not None and self.height <= 0):
             raise InputError(
                 f"smoothing {self.smoothing}, ease {self.ease}, height {self.height}; expected "
-                "none below 0, a height above 0"
+                "at least 0, and a height above 0"
             )
 
 

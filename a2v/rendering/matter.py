@@ -21,7 +21,7 @@ from a2v.geometry.mesh import evened
 from a2v.types import MATERIALS, BoolArray, FloatArray, IntArray, Surface
 
 EYE = 2.0
-"""Value of wet surfaces; skin is 1, anything else 0."""
+"""Value of wet surfaces in the table of materials. Skin has 1, everything else 0."""
 
 WRAP = (0.26, 0.12, 0.07)
 """Width w by which light reaches around the shadow border on skin: red, green, blue."""

@@ -112,7 +112,7 @@ def _pieces(glb: bytes, film: bytes, title: str, live: bool = False) -> list[byt
         raise InputError("the video is not an MP4; make one with write_video")
     if len(glb) + len(film) > MAX_PAGE_BYTES:
         raise InputError(
-            f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds "
+            f"character and video are {(len(glb) + len(film)) >> 20} MB; expected at most "
             f"{MAX_PAGE_BYTES >> 20} MB"
         )
     parts: dict[str, bytes] = {
@@ -133,8 +133,8 @@ _PLAYER = b"controls loop muted autoplay playsinline"
 
 @functools.lru_cache(maxsize=1)
 def _template() -> tuple[tuple[str | None, bytes], ...]:
-    """Return the page's template: pieces of text, each after the name of the content that precedes
-    it."""
+    """Split the page's template at its placeholders. Return pairs of the placeholder's name and its
+    text; the name of text between placeholders is None."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|live|visemes)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]

@@ -101,15 +101,15 @@ class LookSettings(Record):
                 "[0, 1]"
             )
         if not 0.01 <= self.haze <= 10:
-            raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
+            raise InputError(f"haze is {self.haze}; expected 0.01 to 10")
         if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
             raise InputError(
                 "the sun and the spot light must be above the ground; give their y a positive value"
             )
         if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
             raise InputError(
-                f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m "
-                "to ground_radius"
+                f"mottle is {self.mottle}, mottle_size {self.mottle_size}; expected 0 to 0.35, and "
+                f"{FINEST} m to ground_radius"
             )
         if (
             not 0 < self.sun_angle < 45

@@ -17,9 +17,9 @@ class Shown:
 
     Attributes
     ----------
-    scene, parameters : Mitsuba's
+    scene, parameters : objects of Mitsuba
     vertices : (V, 3) float32 or None
-        The person's.
+        Vertices of the person, meters.
     camera : ViewCamera or None
     lamp : (4, 4) or None
         World from the spot lamp's disk.

@@ -214,7 +214,7 @@ def _text(name: str, value: object) -> str:
     text = value if isinstance(value, str) else str(value)
     if len(text) > MAX_CELL or "\0" in text:
         raise InputError(
-            f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them "
-            "zero"
+            f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, without "
+            "null characters"
         )
     return text

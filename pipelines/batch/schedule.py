@@ -134,7 +134,7 @@ class Schedule:
     limit : int or None
         Bytes of memory that all local processes together may have before another task is begun.
     done : called with every task and what became of it, in this thread
-    tick : called about once a second with the `Watch`
+    tick : called about once per second with the `Watch`
     """
 
     def __init__(

@@ -32,7 +32,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
 
     Parameters
     ----------
-    likeness : of the process that asks (`own_likeness`)
+    likeness : `own_likeness` of the process that sent the task
     """
     from pipelines.run import run
 

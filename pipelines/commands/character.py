@@ -136,7 +136,7 @@ class Animated:
     Attributes
     ----------
     clips : dict
-        Bone transforms (T, B, 4, 4) and frames a second, by name.
+        Bone transforms (T, B, 4, 4) and frames per second, by name.
     expressions : dict
         Strengths (T,) of the face's expressions by clip and name.
     exact : array (T, V, 3)

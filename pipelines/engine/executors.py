@@ -225,7 +225,7 @@ def open_executor(
     ----------
     name : one of EXECUTORS, or a custom executor, which is left open
     workers : int or None
-        Processes; None for one a core.
+        Number of processes; None for one per core.
     address : str or None
         Address of a Dask scheduler or a Ray cluster; None starts one here.
 

@@ -71,9 +71,8 @@ def forget(
     record of is removed there too
     values : of the photo, its mask, its keypoints; they need not be there
     keep : values that stay though no call names them, such as photos that wait
-    idle : seconds; a value that no call names, and that is not one of those removed here, stays if
-    it was used within this time,
-        since a run may be about to name it
+    idle : seconds; other values that no call names stay if they were used within this time, since a
+        run may be about to name them
 
     Returns
     -------

@@ -44,13 +44,13 @@ def is_remote(address: str | os.PathLike[str] | None) -> bool:
 
 
 class Remote:
-    """Objects by key below a URL.
+    """The objects of an object store, each named by its key below a URL.
 
     Parameters
     ----------
-    url : such as ``s3://bucket/folder``, ``gs://...``, ``sftp://user@host/folder``,
-    ``file:///folder``; access is set up as fsspec's plug-in
-        has it (for S3 the usual ``AWS_...`` variables)
+    url : such as ``s3://bucket/folder``, ``gs://...``, ``sftp://user@host/folder`` or
+        ``file:///folder``. fsspec's plug-in takes the access from its usual settings (for S3 the
+        ``AWS_...`` variables).
     """
 
     def __init__(self, url: str) -> None:
@@ -58,7 +58,7 @@ class Remote:
 
     @functools.cached_property
     def _place(self) -> tuple[Any, str]:
-        """The file system and the folder in it."""
+        """The file system of the URL, and the folder of the store in it."""
         import fsspec
 
         protocol = self.url.partition("://")[0]

@@ -129,7 +129,7 @@ def run(
     ]:
         raise InputError(
             f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} "
-            f"{', '.join(missing)}; none was given"
+            f"{', '.join(missing)}; give a value"
         )
     anew = set(fresh) | (downstream_of(graph, start) if start else set())
     inputs = {

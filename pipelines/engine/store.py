@@ -95,10 +95,10 @@ class Store:
             with contextlib.suppress(OSError):  # not there yet, or not readable
                 if others := others_who_write(part):
                     raise InputError(
-                        f"the store {part} {others}, and what it remembers is believed; choose "
+                        f"the store {part} {others}, and stored results are trusted; choose "
                         "another with --cache or A2V_CACHE, "
-                        "let only yourself write there (chmod go-w), or set A2V_SHARED_STORE=1 if "
-                        "you trust whoever can"
+                        "make it writable only for you (chmod go-w), or set A2V_SHARED_STORE=1 if "
+                        "you trust everyone who can write there"
                     )
 
     def path(self, ref: Ref[Any]) -> Path:

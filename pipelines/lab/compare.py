@@ -96,8 +96,8 @@ def run(options: Options) -> Answer:
         check_writable(Path(path).parent)
     if "liquid" in methods and not (options.liquid_generator and options.liquid_uv):
         raise InputError(
-            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and "
-            "--fit.model with SMPL's file, all your own"
+            "the method liquid needs your own files: --liquid-generator FILE, --liquid-uv FILE, "
+            "and SMPL's file as --fit.model"
         )
     films, fps, action = {}, 0.0, ""
     for number, method in enumerate(methods, 1):

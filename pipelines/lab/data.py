@@ -38,7 +38,7 @@ def run(options: Options) -> Answer:
             f"fps, {len(set(found.subjects))} subjects"
         ),
         f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints",
-        f"frames a clip: {lengths.min()} to {lengths.max()}, median "
+        f"frames per clip: {lengths.min()} to {lengths.max()}, median "
         f"{np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than "
         f"{found.length} (they hold their last pose)",
         *(

@@ -84,11 +84,11 @@ class Options(DataOptions):
         "file of a trained action classifier", default=None, metavar="FILE"
     )
     actions: str = option(
-        "actions that get tables of their own (500 clips each), separated by commas", default=""
+        "actions with a separate table each (500 clips), separated by commas", default=""
     )
     each_action: int = option(
-        "number of clips per action for a table of the recognition of each action and of how "
-        "closely its clips repeat the recorded ones",
+        "number of clips per action for a table with the accuracy of each action, and the distance "
+        "of its clips to the most similar recordings",
         default=0,
     )
     stand: int = option(

@@ -130,7 +130,7 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         sources[REAL], lengths = _real_clips(options.dataset, options, questions)
         actions = actions or list(sources[REAL])
     elif options.data is not None:
-        raise InputError("give --dataset as well: which data set lies in --data?")
+        raise InputError("give --dataset as well: the name of the data set in --data")
     exported = [model for model in models.values() if isinstance(model, MotionModel)]
     if actions is None and exported:
         actions = list(exported[0].actions)
@@ -150,8 +150,8 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         if name.lower() == REAL or not name or (name in models and name in others)
     ):
         raise InputError(
-            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the "
-            "recorded clips and every name stands once; "
+            f"'{taken[0]}' cannot be the name of a source of motions: '{REAL}' means the "
+            "recorded clips, and each name may be used once; "
             "rename the model's file or the NAME of --motions"
         )
     if actions is None:

@@ -46,8 +46,8 @@ def poses(
 ) -> Ref[Poses]:
     """Retarget the motion to the body's bones.
 
-    Feet neither slide nor sink, and the eyes blink unless a video showed the face. Travel is kept
-    here, also for a motion in place.
+    Feet neither slide nor sink, and the eyes blink unless a video showed the face. The given motion
+    travels, also for a result in place: the travel is removed after the feet are cleaned.
     """
     from a2v import animation
     from a2v.motion.on_rig import retarget_edited

@@ -64,7 +64,8 @@ def joint_fit(
     used = _used(alone)
     if len(used) < len(alone):
         note(
-            f"{len(alone) - len(used)} of the further photos were not understood, and are left out"
+            f"{len(alone) - len(used)} of the further photos are left out, because "
+            "their fits look wrong"
         )
     fits = [alone[number].result for number in used]
     results = fit_together(

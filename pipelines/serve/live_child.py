@@ -172,9 +172,10 @@ def shown(session: Session, image: ByteArray, at: float) -> dict[str, object]:
     Returns
     -------
     dict
-        "state": "late" if a newer frame came first, "nobody", "warming" or "driven". If driven,
-        "bones": quaternions (x, y, z, w) of all bones in their parents, flat; "place": position of
-        the first bone, meters; "recorded": number of recorded poses; "seconds" of processing.
+        "state": "late" if a newer frame arrived earlier, "nobody", "warming" or "driven". If
+        driven, "bones": quaternions (x, y, z, w) of all bones in their parents, flat; "place":
+        position of the first bone, meters; "recorded": number of recorded poses; "seconds" of
+        processing.
     """
     from a2v.footage.live_fit import LiveFit
     from a2v.formats.characters import parent_from_bone

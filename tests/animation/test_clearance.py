@@ -31,7 +31,7 @@ def rig(body: Body) -> Rig:
 
 
 def swung(body: Body, rig: Rig, side: str, degrees: float, frames: int = 60) -> np.ndarray:
-    """Return the body at rest with one arm that swings in by `degrees` in the middle of the clip."""
+    """Return the body at rest with one arm that swings in by `degrees` in mid-clip."""
     transforms = np.broadcast_to(
         body.rest_transforms.astype(np.float64), (frames, *body.rest_transforms.shape)
     ).copy()

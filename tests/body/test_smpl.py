@@ -203,7 +203,7 @@ def test_files_that_are_no_models_are_named(tmp_path: Path, content: dict[str, n
     broken = content["v_template"].copy()
     broken[0, 0] = np.nan
     for changed, words in (
-        ({"f": bad}, "names vertices"),
+        ({"f": bad}, "has indices of vertices"),
         ({"kintree_table": tree}, "parents before children"),
         ({"kintree_table": tree[:, :20]}, "20 joints"),
         ({"v_template": broken}, "v_template"),

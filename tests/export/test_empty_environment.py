@@ -35,8 +35,10 @@ def needs(
 
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory):
-    """A fresh virtual environment with links to the files of numpy, onnxruntime and what they need;
-    a folder with script and model."""
+    """A virtual environment with only numpy and onnxruntime, and a folder to work in.
+
+    The environment links to the installed files of these packages. The folder has script and model.
+    """
     folder = tmp_path_factory.mktemp("empty")
     subprocess.run(
         [sys.executable, "-m", "venv", "--without-pip", "--symlinks", str(folder / "venv")],

@@ -11,8 +11,7 @@ FRAMES = 60
 
 
 def landmarks(strengths: dict[str, np.ndarray], noise: float = 0.004) -> np.ndarray:
-    """Landmarks (T, 478, 3) of a face that turns, in units of their own, as a detector gives
-    them."""
+    """Landmarks (T, 478, 3) of a face that turns, in a detector's units."""
     basis, random = face_basis(), np.random.default_rng(0)
     weights = np.zeros((FRAMES, len(basis.names)))
     for name, values in strengths.items():

@@ -16,8 +16,11 @@ HEIGHTS = np.array([0.08, 0.02])  # of ankle and toes above the ground
 
 
 def feet(error: np.ndarray, lift: np.ndarray) -> np.ndarray:
-    """Both feet (2, T, 2, 3) at rest 4 m in front of the camera, at the origin: lifted by `lift`
-    (T,) meters, and then `error` (T,) as a share of their distance too far away."""
+    """Both feet (2, T, 2, 3) at rest, 4 m in front of a camera at the origin.
+
+    They are lifted by `lift` (T,) meters. Then their distance is too large by the share `error`
+    (T,).
+    """
     rest = np.zeros((2, FRAMES, 2, 3))
     rest[0, ..., 0], rest[1, ..., 0] = 0.1, -0.1
     rest[..., 1] = GROUND + HEIGHTS

@@ -18,8 +18,7 @@ TIMES = np.arange(FRAMES) / 30
 
 
 def hand(side: str, bend: float, turn: np.ndarray) -> np.ndarray:
-    """Landmarks (21, 3) of a hand at rest that is turned, whose fingers bend at each joint by
-    `bend`, radians."""
+    """Landmarks (21, 3) of a turned hand; every finger joint is bent by `bend`, radians."""
     rest = _rest(side)
     points = np.zeros((21, 3))
     for finger in range(5):

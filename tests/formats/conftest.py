@@ -11,8 +11,10 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def python_with(*modules: str) -> str:
-    """A Python with bpy and what else is named: $A2V_BLENDER_PYTHON, this one, or build/bpy's; the
-    test is skipped without one."""
+    """A Python with bpy and the named packages; the test is skipped without one.
+
+    It is $A2V_BLENDER_PYTHON, this one, or that of build/bpy.
+    """
     for python in (
         os.environ.get("A2V_BLENDER_PYTHON"),
         sys.executable,

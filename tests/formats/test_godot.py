@@ -23,7 +23,7 @@ SECONDS = 90
 
 
 def imported(program: str, folder: Path) -> None:
-    """Open the folder in the editor until the file is imported; the editor does not end by itself."""
+    """Open the folder in the editor until the file is imported, then end the editor."""
     editor = subprocess.Popen(
         [program, "--path", str(folder), "--editor"],
         stdout=subprocess.DEVNULL,

@@ -24,8 +24,7 @@ EXTRAS = ("mouthOpen", "mouthSmile", "eyesClosed", "eyesLookUp", "eyesLookDown")
 
 @pytest.fixture(scope="module")
 def person(expressive: Character) -> Character:
-    """With a texture, and materials: eyes, mouth and hair on the head, cloth below the neck, skin
-    elsewhere."""
+    """A character with a texture and all materials."""
     surface = expressive.surface
     middle = surface.vertices[surface.faces].mean(axis=1)
     kinds = np.where(middle[:, 1] < 1.4, MATERIALS.index("cloth"), MATERIALS.index("skin"))

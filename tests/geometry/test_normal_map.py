@@ -12,7 +12,7 @@ SIZE = 128
 
 
 def sheet(cells: int, mirrored: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return vertices, faces and texture coordinates of a wavy sheet with `cells` cells per side."""
+    """Return vertices, faces and texture coordinates of a wavy sheet, `cells` wide."""
     ticks = np.linspace(0, 1, cells + 1)
     grid = np.stack(np.meshgrid(ticks, ticks), axis=-1).reshape(-1, 2)
     vertices = np.column_stack([grid, 0.02 * np.sin(9 * grid[:, 0]) * np.cos(7 * grid[:, 1])])

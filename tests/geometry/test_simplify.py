@@ -12,8 +12,7 @@ from a2v.geometry.simplify import simplify
 
 
 def ball() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A sphere whose front and back half are charts of their own: vertices, faces and texture
-    coordinates."""
+    """Vertices, faces and texture coordinates of a sphere with two charts."""
     mesh = trimesh.creation.icosphere(4)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     front = vertices[faces].mean(axis=1)[:, 2] > 0

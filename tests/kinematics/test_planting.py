@@ -19,8 +19,11 @@ TOES = [leg[3] for leg in legs_of(CMU)]
 
 
 def walker(*, slide: float = 0.0, seconds: float = 4.0, apart: float = 0.0) -> FloatArray:
-    """A walk (T, J, 3) along +z at 1.2 m/s whose standing feet slide along with `slide` m/s, the
-    left toe `apart` meters over the right one's floor."""
+    """A walk (T, J, 3) along +z at 1.2 m/s with sliding feet.
+
+    Standing feet slide by `slide` m/s. The left toe stands `apart` meters above the floor of the
+    right one.
+    """
     clock = np.arange(round(seconds * FPS)) / FPS
     joints = np.zeros((len(clock), CMU.n_joints, 3))
     root = np.stack([0 * clock, 0.88 + 0 * clock, 1.2 * clock], axis=-1)

@@ -153,7 +153,10 @@ def test_outpainting_has_the_body_of_the_start(model):
 
 @pytest.mark.parametrize(
     ("words", "options"),
-    [("nothing to generate|ask for more", {"frames": 7}), ("count is 0", {"count": 0})],
+    [
+        ("none are left to generate|make the result longer", {"frames": 7}),
+        ("count is 0", {"count": 0}),
+    ],
 )
 def test_impossible_outpainting_is_explained(models, words, options):
     with pytest.raises(InputError, match=words):

@@ -29,7 +29,7 @@ def test_what_people_stand_still_is_found_but_for_a_moment() -> None:
 
 
 def seconds_until_it_moves(motion: Motion) -> float:
-    """Return the seconds until the mean speed of the joints reaches half of the action's `FAST`."""
+    """Return the seconds until the joints' mean speed reaches half of `FAST`."""
     speed = np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1)
     even = np.convolve(speed, np.ones(8) / 8, mode="valid") * motion.fps
     return float(np.argmax(even > 0.5 * FAST[str(motion.action)]) / motion.fps)

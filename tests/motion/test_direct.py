@@ -211,7 +211,7 @@ def test_what_cannot_be_directed_says_so(model: MotionModel) -> None:
         GroundPath(np.array([[0, 0], [0, 0.0]]))
     with pytest.raises(InputError, match="expected 2 to"):
         GroundPath(np.zeros((1, 2)))
-    with pytest.raises(InputError, match="lasts 4"):
+    with pytest.raises(InputError, match="lasts only 4"):
         directed(model, keyframes=(Keyframe(time=9, at=(0, 1)),))
     with pytest.raises(InputError, match="no joint 'tail'"):
         directed(model, holds=(Hold(joint="tail", start=0, end=1, at=(0, 0, 0)),))

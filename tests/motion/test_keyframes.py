@@ -87,13 +87,13 @@ def test_a_file_of_keyframes(model: MotionModel, folder: Path) -> None:
         ("- {time: 1, speed: 2}", "unknown entry"),
         ("- {time: soon, at: [0, 1]}", "expected a number"),
         ("- {at: [0, 1]}", "frame of entry 1"),
-        ("- {time: -1, at: [0, 1]}", "from 0 on"),
+        ("- {time: -1, at: [0, 1]}", "at least 0"),
         ("- {time: 1, at: [0, 1, 2]}", "expected 2 numbers"),
         ("- {time: 1, file: none.npz}", "does not exist"),
         ("- {time: 1, file: walk.npz, pose: 99}", "poses 0 to 19"),
         ("- {time: 1, file: walk.npz, pose: x}", "names no pose"),
         ("- {joint: head, from: 1, to: 2}", "expected 3 numbers"),
-        ("- {joint: head, at: [0, 1, 0], from: 2, to: 1}", "a later one"),
+        ("- {joint: head, at: [0, 1, 0], from: 2, to: 1}", "a later end"),
     ],
 )
 def test_what_is_no_keyframe_is_explained(

@@ -35,8 +35,7 @@ def square(photo: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def spread(photo: np.ndarray, square: tuple[np.ndarray, float]) -> float:
-    """How far landmarks in several squares are from one another, mean of all, pixels of a face of
-    512."""
+    """Mean distance of landmarks between several squares, pixels of a face of 512."""
     middle, half = square
     seen = [
         look_closely(photo, middle + half * np.array(shift), half * size) for *shift, size in SHIFTS

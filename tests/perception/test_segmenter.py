@@ -120,8 +120,10 @@ def test_a_doubted_detection_of_the_background_is_dropped(
 
 
 def _scene(sure: float = 1.0, *, away: int = 0, wide: int = 40) -> tuple[np.ndarray, np.ndarray]:
-    """A mask of a trunk with one leg, and the probabilities of people: another leg, `away` pixels
-    further down."""
+    """A mask of a trunk with one leg, and probabilities of people with two legs.
+
+    The other leg is `away` pixels farther down.
+    """
     mask, probability = np.zeros((300, 200), np.float32), np.zeros((300, 200), np.float32)
     mask[40:160, 60:140] = 1
     mask[160:260, 60:90] = 1

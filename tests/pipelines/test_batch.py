@@ -32,8 +32,10 @@ def records(out: Path) -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> tuple[Path, Path]:
-    """Jobs and their folder: three succeed (two share their person, one is given twice), three
-    fail."""
+    """A batch of jobs, of which three fail, and its folder.
+
+    Of the other three, two share their person, and one is given twice.
+    """
     folder = tmp_path_factory.mktemp("batch")
     shutil.copy(SAMPLE, folder / "me.jpg")
     (folder / "poisoned.jpg").write_bytes(SAMPLE.read_bytes()[:5000])

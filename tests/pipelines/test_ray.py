@@ -46,8 +46,7 @@ OF_PEOPLE = (
 
 
 def where_from(module: str) -> tuple[str, str | None, str]:
-    """In a worker: where a module comes from, what Ray is told about reports, and the working
-    folder."""
+    """Return a module's file, Ray's setting of reports, and the working folder of a worker."""
     return (
         str(importlib.import_module(module).__file__),
         os.environ.get("RAY_USAGE_STATS_ENABLED"),

@@ -130,8 +130,7 @@ def free_port() -> int:
 
 @pytest.fixture
 def dask(tmp_path: Path) -> Iterator[str]:
-    """Address of a scheduler with two workers, each with a store and a working folder of its
-    own."""
+    """The address of a scheduler with two workers that share neither store nor folder."""
     pytest.importorskip("distributed")
     address = f"tcp://127.0.0.1:{free_port()}"
     code = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"

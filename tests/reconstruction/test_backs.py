@@ -104,8 +104,11 @@ def _seen(
 
 
 def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
-    """The tube's photo (H, W, 3): `paint` gives the color at the way around from the middle of the
-    front (n,) and at heights (n,), meters."""
+    """The tube's photo (H, W, 3) in the colors of `paint`.
+
+    `paint` takes the distance around the tube from the middle of the front (n,) and heights (n,),
+    meters.
+    """
     columns, rows = np.meshgrid(np.arange(SIZE[1]) + 0.5, np.arange(SIZE[0]) + 0.5)
     points = CAMERA.unproject(np.stack([columns, rows], axis=-1), 0.0)
     across = np.clip(points[..., 0] / RADIUS, -1, 1)

@@ -180,8 +180,10 @@ def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
 
 
 def painted(scene, surface: Surface, change) -> Surface:
-    """The surface colored from the scene's photo after `change(image, heights, half widths)`, both
-    fractions of the body's height."""
+    """The surface, colored from the scene's photo after `change`.
+
+    `change` takes the image, heights and half widths, both fractions of the body's height.
+    """
     subject, body, camera = scene
     tall = float(np.ptp(body.vertices[:, 1]))
     image = subject.image.copy()

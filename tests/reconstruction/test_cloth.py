@@ -20,8 +20,10 @@ GRID = Grid(np.array([-0.3, -0.5, -0.35]), 0.006, (101, 167, 117))
 
 
 def legs(apart: float = 0.0) -> tuple[FloatArray, IntArray, IntArray]:
-    """Two upright rods 12 cm thick, 12 cm to the left and right, `apart` meters in depth: left
-    thigh and right thigh."""
+    """Two upright rods as thighs, 12 cm thick and 12 cm from the middle.
+
+    Their depths are `apart` meters apart.
+    """
     rods = []
     for side in (1, -1):
         rod = trimesh.creation.cylinder(THICK, 0.8, sections=48).subdivide()
@@ -35,8 +37,10 @@ def legs(apart: float = 0.0) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def outline(hem: float, top: float = 0.4, wide: float = 0.2) -> FloatArray:
-    """Distance to the contour of a cloth over both rods from `hem` to `top`, meters, and of what of
-    the rods is below."""
+    """Distance to the contour of a cloth over both rods from `hem` to `top`, meters.
+
+    The rods below the hem belong to the shape.
+    """
     x, y = np.meshgrid(GRID.axis(0), GRID.axis(1), indexing="ij")
     cloth = np.maximum(np.abs(x) - wide, np.maximum(hem - y, y - top))
     rods = np.maximum(np.abs(np.abs(x) - ASIDE) - THICK, np.abs(y) - 0.4)

@@ -10,8 +10,10 @@ from a2v.reconstruction.equation14 import ColorProblem, color_objective, solve_c
 
 
 def problem(count: int = 60, seed: int = 0):
-    """Points on a sphere; the front half is known, a ring is the band, the prior of the back has
-    gross outliers."""
+    """A problem of Eq. 14 on a sphere, whose prior has gross outliers on the back.
+
+    The front half is known, a ring is the band.
+    """
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -25,8 +27,10 @@ def problem(count: int = 60, seed: int = 0):
 
 
 def dense_optimum(truth, prior, neighbors, free, band, lambda_nn: float) -> float:
-    """The least value of Eq. 14 by quasi-Newton on norms rounded ever less: sqrt(r^2 + e^2), e to
-    1e-7."""
+    """The minimum of Eq. 14 by a quasi-Newton method on smoothed norms.
+
+    The norms are sqrt(r^2 + e^2), with e decreasing to 1e-7.
+    """
     value = np.where(free[:, None], prior, truth)
     x = np.nonzero(free)[0]
     tail, head = np.repeat(x, neighbors.shape[1]), neighbors[x].ravel()

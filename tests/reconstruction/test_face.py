@@ -29,8 +29,7 @@ BOTH_LIDS = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
 
 @pytest.fixture(scope="module")
 def plain(body: Body) -> Reconstruction:
-    """One piece around the body from the shoulders up: a surface without eyes and mouth, such as
-    backends give."""
+    """One piece around head and shoulders without eyes and mouth, as from backends."""
     return coated(body, cell=0.008, coat=0.003, above=float(body.vertices[:, 1].max()) - 0.42)
 
 

@@ -24,8 +24,7 @@ def _cylinder(part: str, middle: float, bottom: float, top: float) -> tuple[np.n
 def _ragged(
     points: np.ndarray, true: np.ndarray, kinds: tuple[int, int], known: np.ndarray
 ) -> np.ndarray:
-    """The true labels, of which a third is wrong within 12 cm of the border where nothing is
-    known."""
+    """The true labels; a third of the hidden ones within 12 cm of the border is wrong."""
     generator = np.random.default_rng(0)
     border = (points[true == kinds[0], 1].min() + points[true == kinds[1], 1].max()) / 2
     wrong = ~known & (np.abs(points[:, 1] - border) < 0.12) & (generator.random(len(points)) < 0.33)

@@ -18,8 +18,7 @@ from a2v.types import VIEWS, RenderSettings
 
 
 def walker(frames: int = 40) -> np.ndarray:
-    """A cloud of points, 1.8 m high, that walks along +z with jitter, jumps once and stretches its
-    arms once."""
+    """A cloud of points, 1.8 m high, that walks along +z, jumps, and stretches its arms."""
     generator = np.random.default_rng(0)
     cloud = generator.uniform([-0.3, 0, -0.2], [0.3, 1.8, 0.2], (200, 3))
     cloud[0], cloud[1] = (0, 0, 0), (0, 1.8, 0)
@@ -193,7 +192,7 @@ def test_camera_round_trip(tmp_path) -> None:  # type: ignore[no-untyped-def]
     assert ViewCamera.load(tmp_path / "camera.npz") == camera
 
 
-# ---- cameras of one's own
+# ---- custom cameras
 
 
 def turned(path: CameraPath, **more: object) -> tuple[ViewCamera, ...]:
@@ -290,7 +289,7 @@ def test_camera_files_read(tmp_path: Path) -> None:
         ("hero: {distance: 0}\n", "distance 0"),
         ("front: {azimuth: 3}\n", "is taken"),
         ("video: {azimuth: 3}\n", "is taken"),
-        ("'../up': {azimuth: 3}\n", "names no camera"),
+        ("'../up': {azimuth: 3}\n", "cannot be the name of a camera"),
         ("hero: !!python/object/apply:os.system [true]\n", "not a YAML"),
         ("hero: {azimuth: 3\n", "not a YAML"),
         ("x" * 70000, "larger than 64 kB"),
@@ -313,7 +312,7 @@ def test_views_that_nothing_defines_are_named() -> None:
         follow_cameras(walker(), RenderSettings(views=("top",)), cameras=(CameraPath(name="hero"),))
     for views, words in (
         ((), "no view"),
-        (("a b",), "names no view"),
+        (("a b",), "cannot be the name of a view"),
         (("front", "front"), "twice"),
     ):
         with pytest.raises(InputError, match=words):

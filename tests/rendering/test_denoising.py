@@ -12,8 +12,7 @@ UP, SIDE = np.float32([0, 1, 0]), np.float32([1, 0, 0])
 
 
 def layers(size: int = 64) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return light, albedo and normal of a striped person with a bright upper and a dark lower
-    half."""
+    """Return light, albedo and normal of a striped person, bright above, dark below."""
     upper = (np.arange(size) < 31)[:, None, None]  # the edge is within a pair of rows
     light = np.where(upper, np.float32(0.9), np.float32(0.2)) * np.ones((size, size, 3), np.float32)
     stripes = np.where(np.arange(size) % 2, np.float32(0.7), np.float32(0.2))[None, :, None]

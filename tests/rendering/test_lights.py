@@ -40,8 +40,8 @@ def test_the_sun_shines_from_its_direction() -> None:
 
 @pytest.mark.parametrize("light", lights(), ids=["sun", "spot"])
 def test_irradiance_holds_at_the_reach(light: DiskLight) -> None:
-    """The radiance integrated over the disk gives the irradiance that was asked for, on a surface
-    that faces it."""
+    """The radiance integrated over the disk gives the requested irradiance on a surface that faces
+    it."""
     rings = (np.arange(20_000) + 0.5) / 20_000 * light.radius
     square = rings**2 + light.reach**2
     factor = (2 * np.pi * rings * light.reach**2 / square**2).sum() * light.radius / 20_000 / np.pi

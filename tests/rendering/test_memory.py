@@ -18,8 +18,7 @@ from a2v.types import RenderSettings
 
 
 def resident_memory(frames: int) -> list[int]:
-    """Bytes of this process after each picture, the first nine left out: they fill caches and
-    compile kernels."""
+    """Bytes of this process after each picture but the first nine, which fill caches."""
     body = make_body(load_body_model(), grounded=True)
     character = bind(
         Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)),

@@ -14,8 +14,10 @@ SIDE = 160
 
 
 def place() -> tuple[ByteArray, IntArray, BoolArray]:
-    """A wall, a floor, and a box with a lid that stands a meter in front of the origin, to the right; regions, and
-    where the box is."""
+    """A wall, a floor and a box with a lid: its regions, and the place of the box.
+
+    The box stands a meter in front of the origin, to the right.
+    """
     ground, below = ground_under(CAMERA, SIDE)
     rows, columns = np.indices((SIDE, SIDE))
     regions = np.where(below & (ground[..., 1] > -1.5), 1, 0)

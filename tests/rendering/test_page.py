@@ -49,8 +49,7 @@ def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def share(picture: np.ndarray, channel: int) -> tuple[float, float]:
-    """How much of the character's half is colored in `channel` beyond the others, and the mean row
-    of it."""
+    """Share of the character's half that is colored in `channel`, and its mean row."""
     half = picture[:, :480]
     others = np.delete(half, channel, axis=2).max(axis=2)
     mask = half[..., channel] > others + 40

@@ -16,8 +16,7 @@ SETTINGS = RenderSettings(size=96, spp=8, threads=1)
 
 
 def textured_quad() -> Surface:
-    """A square 1 m wide that faces +z, its texture red above, blue below, green at the upper
-    left."""
+    """A square 1 m wide that faces +z: red above, blue below, green at the upper left."""
     vertices = np.array([[-0.5, 0.4, 0], [0.5, 0.4, 0], [0.5, 1.4, 0], [-0.5, 1.4, 0]], np.float32)
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
@@ -288,8 +287,11 @@ def with_background(name: str) -> RenderSettings:
 
 @pytest.fixture(scope="module")
 def camera(surface: Surface) -> ViewCamera:
-    """The bounds below hold for this size of the person. At 68 % one pixel of the rim has a contact
-    shadow of .28 at the feet."""
+    """A camera for which the bounds below hold.
+
+    If the person takes 68 % of the picture, one pixel of the rim has a contact shadow of .28 at the
+    feet.
+    """
     framing = Framing(share=0.72)
     return follow_cameras(surface.vertices[None], SETTINGS, framing=framing)["front"][0]
 

@@ -16,8 +16,7 @@ WALL = -1.2
 
 
 def picture() -> tuple[ByteArray, BoolArray]:
-    """A brown floor, a white wall from z = -1.2 on and a green box on the floor; and where the
-    floor is."""
+    """A brown floor, a white wall behind z = -1.2, a green box, and the floor's mask."""
     ground, below = ground_under(CAMERA, SIDE)
     floor = below & (ground[..., 1] > WALL)
     box = floor & (ground[..., 0] > 0.9) & (ground[..., 1] < -0.3)

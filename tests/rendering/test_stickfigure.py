@@ -161,7 +161,7 @@ def test_what_cannot_be_drawn_is_explained(tmp_path):
         ("no motion", lambda: animate([])),
         ("2 titles for 1", lambda: animate(motion, titles=["a", "b"])),
         ("at most 64", lambda: animate([motion] * 65)),
-        ("frames a second", lambda: animate([motion, dataclasses.replace(motion, fps=20)])),
+        ("frames per second", lambda: animate([motion, dataclasses.replace(motion, fps=20)])),
         ("0 poses", lambda: plot_rows(motion, poses=0)),
         (
             "one clip",

@@ -38,8 +38,7 @@ def subject(crop=(-20, 40, 160, 300), photo_size=(400, 360)) -> Subject:
 
 
 def standing() -> tuple[Surface, tuple[BoolArray, BoolArray]]:
-    """A body on two shoes of 26 cm, one before the other, on the ground of the world; and which
-    vertices the shoes have."""
+    """A body on two shoes of 26 cm, one in front of the other, and the shoes' vertices."""
     shoes = [
         trimesh.creation.box((0.1, 0.08, 0.26)).subdivide().subdivide().subdivide()
         for _ in range(2)

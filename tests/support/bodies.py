@@ -61,8 +61,10 @@ def subject_of(
     seed: int = 0,
     size: tuple[int, int] = (480, 480),
 ) -> tuple[Subject, OrthographicCamera]:
-    """Keypoints (with `noise` in fractions of the height), mask and, if wanted, 3D keypoints of a
-    body."""
+    """Return the subject of a body: keypoints, mask and, on request, 3D keypoints.
+
+    `noise` is in fractions of the height.
+    """
     rng = np.random.default_rng(seed)
     model = load_body_model("anny")
     tall = float(np.ptp(body.vertices[:, 1]))
@@ -124,8 +126,7 @@ def turned(body: Body, angle: float) -> Body:
 
 
 def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:
-    """Errors (n,) in meters of the main joints relative to the pelvis, after undoing the unknown
-    scale."""
+    """Errors (n,) of the main joints relative to the pelvis, meters, with free scale."""
     bones = [truth.bone_names.index(bone) for bone in JOINT_BONES.values()]
     want = truth.bone_transforms[bones, :3, 3]
     got = result.body.bone_transforms[bones, :3, 3] * (result.camera.scale / camera.scale)

@@ -12,8 +12,7 @@ from tests.support.bodies import landmarks_of
 
 
 def bodymap_of(body: Body, camera: OrthographicCamera, side: float, *, cells: int = 64) -> BodyMap:
-    """The true map of a body on the square of `side` pixels at the photo's origin; nothing is known
-    of its back."""
+    """The true map of a body's front on a square of `side` pixels at the photo's origin."""
     step = side / cells
     seen = rasterize(body.vertices, body.faces, camera, (cells, cells), step=step)
     canonical = canonical_places()

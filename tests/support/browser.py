@@ -31,8 +31,10 @@ THREE_VRM = (
 
 
 def bundled(script: Path, folder_name: str, *packages: str) -> str:
-    """A script with the npm packages that it imports as one text; the test is skipped without node
-    or packages."""
+    """A script with the npm packages that it imports, as one text.
+
+    The test is skipped without node or the packages.
+    """
     if shutil.which("node") is None:
         pytest.skip(f"{script.name} needs node; it is not installed")
     folder = npm_folder(folder_name, *packages)

@@ -90,8 +90,10 @@ class Writer:
         outputs: int = 0,
         learned: bool = False,
     ) -> None:
-        """`outputs` for PIFuHD's networks of normals; group norms and no biases if `learned`, as in
-        PIFu's colors."""
+        """A residual network with `outputs`: PIFuHD's normals, or PIFu's colors if `learned`.
+
+        PIFu's has group norms and no biases.
+        """
         self.conv(f"{prefix}model.1", width, inputs, 7, 7, bias=not learned)
         at = 1
         for step in range(halvings + 1):
@@ -239,8 +241,9 @@ def saved(content: object, path: Path) -> str:
 
 
 def slab(front: float, back: float, inside: float) -> State:
-    """``net_G`` whose person is what is bright in the picture, between the depths `back` and
-    `front` (in the network's own units).
+    """``net_G`` of a slab: bright pixels between two depths are the person.
+
+    The depths `back` and `front` are in the network's units.
 
     Blocks without their convolutions pass on what they are given, so the features are the blurred
     picture: `inside` is their value there.
@@ -280,8 +283,10 @@ def slab(front: float, back: float, inside: float) -> State:
 def liquid_warping(
     *, width: int = 8, depth: int = 3, blocks: int = 2, inputs: int = 6, seed: int = 3
 ) -> State:
-    """Liquid Warping GAN's ``net_epoch_30_id_G.pth``; in the published file `width` is 64 and there
-    are 6 blocks."""
+    """Liquid Warping GAN's ``net_epoch_30_id_G.pth``, by default of a small width.
+
+    In the published file `width` is 64 and there are 6 blocks.
+    """
     writer = Writer(seed)
 
     def normed(name: str, *shape: int, at: int = 0, outputs: int = 0) -> None:

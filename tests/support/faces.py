@@ -12,7 +12,7 @@ CAMERA = OrthographicCamera(scale=2048 / 1.8, center_u=1024.0, center_v=1990.0)
 
 
 def photographed(body: Body, *, turned: float = 0.0) -> Subject:
-    """Return a person with the face of `body`, but brows 4 mm higher and eyes 3 mm wider apart."""
+    """Return a person with the face of `body`, brows 4 mm higher and eyes 3 mm wider apart."""
     ids, weights = face_landmarks()
     points = np.einsum("kc,kcd->kd", weights, body.vertices[ids].astype(np.float64))
     middle = points[:, :2].mean(axis=0)

@@ -22,14 +22,16 @@ QUICK = FollowSettings(face=False, steps=25)
 
 @functools.lru_cache
 def person(tall: int = 200) -> np.ndarray:
-    """The sample person, so many pixels tall, on gray."""
+    """The sample person on gray, `tall` pixels tall."""
     photo = cv2.imread(str(SAMPLE))[..., ::-1]
     return np.asarray(cv2.resize(photo, (tall, tall), interpolation=cv2.INTER_AREA))
 
 
 def picture(across: float | None, *, others: Sequence[float] = (), wall: int = 0) -> np.ndarray:
-    """A room (240, 320, 3) with the person `across` pixels from the left, and others; None: nobody.
-    `wall` is another room's number."""
+    """A room (240, 320, 3) with the person `across` pixels from the left; None: nobody.
+
+    `others` are further people, `wall` is the number of another room.
+    """
     room = np.random.default_rng(wall).integers(60, 200, (24, 32, 3)).astype(np.uint8)
     image = cv2.GaussianBlur(cv2.resize(room, SIZE, interpolation=cv2.INTER_NEAREST), (0, 0), 1.5)
     for at, tall in [(one, 130) for one in others] + ([] if across is None else [(across, 200)]):

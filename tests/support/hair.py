@@ -17,8 +17,10 @@ def head_of(character: Character) -> np.ndarray:
 
 
 def with_hair(character: Character, *, length: float) -> Character:
-    """A character on VRM's rig whose skull and back are black down to `length` meters below the
-    base of the skull; all else is light."""
+    """A character on VRM's rig with black hair of `length` meters; all else is light.
+
+    The length is measured from the base of the skull downwards.
+    """
     surface, skull = character.surface, head_of(character)
     places = surface.vertices.astype(np.float64)
     black = (places[:, 1] > skull[1] - length) & (np.abs(places[:, 0]) < 0.16)

@@ -58,9 +58,9 @@ class Tally:
 
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
-"""Cases a reader that `make fuzz` asks for; 0 in the suite."""
+"""Number of cases per reader, set by `make fuzz`; 0 in the suite."""
 FEW = COUNT // 4 or 10
-"""Of those that take long: whole command lines."""
+"""Number of slow cases: whole command lines."""
 
 TALLIES: dict[str, Tally] = {}
 """By the name of the test."""
@@ -137,8 +137,10 @@ VALUES = st.recursive(
 
 
 def owes_a_sentence(read: Callable[[], object]) -> None:
-    """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within
-    a gigabyte."""
+    """Run a reader: it returns a value, or raises an error of a2v of one short line.
+
+    It must do so soon and within a gigabyte.
+    """
     _forget_peak()
     begun, said, before, peak = time.process_time(), "a value", _resident(), _peak()
     last = begun
@@ -181,7 +183,10 @@ def count(tally: Tally) -> None:
 
 
 def are_whole(folder: Path, names: str, read: Callable[[Path], object]) -> None:
-    """Nothing below `folder` is unfinished, and `read` reads all files of these names (a glob)."""
+    """Check that no file below `folder` is unfinished, and that `read` reads all `names`.
+
+    `names` is a glob.
+    """
     found = [path for path in folder.rglob("*") if path.is_file()]
     assert not [path for path in found if path.name.startswith(".") and "-a2v" in path.name]
     for path in folder.rglob(names):
@@ -282,8 +287,10 @@ def retold(draw: st.DrawFn, text: str) -> str:
 
 @st.composite
 def bundles(draw: st.DrawFn, good: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Named arrays like `good`, of which one to three have another type or shape, other text, or
-    are missing."""
+    """Named arrays like `good`, of which one to three are changed or missing.
+
+    A changed one has another type, shape or text.
+    """
     made = dict(good)
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(sorted(good)))

@@ -84,8 +84,7 @@ def mirrored(clips=20):
 
 
 def random_clip(skeleton: Skeleton, frames: int = 12, *, stretch: float = 0.0) -> Motion:
-    """A clip of any skeleton that turns every joint and wanders; `stretch` makes its bones change
-    length."""
+    """A clip that turns every joint and wanders; `stretch` changes bone lengths."""
     random = np.random.default_rng(3)
     count = skeleton.n_joints
     rotations = np.cumsum(random.normal(0, 0.15, (frames, count, 3)), axis=0)

@@ -12,8 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def npm_folder(name: str, *packages: str) -> Path:
-    """``build/<name>`` with the packages in its ``node_modules``; the test is skipped where they
-    cannot be had."""
+    """``build/<name>`` with the packages installed; the test is skipped without them."""
     folder = ROOT / "build" / name
     done_before = folder / f".{'-'.join(packages).replace('/', '-')}"
     if done_before.exists():

@@ -131,8 +131,10 @@ class Server:
         *,
         whole: bool = False,
     ) -> tuple[int, dict[str, str], bytes]:
-        """A request below the token (or of a `whole` path): status, headers by lower-case name,
-        body."""
+        """Send a request below the token, or of a `whole` path.
+
+        Returns status, headers by lower-case name, and body.
+        """
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         try:
             target = path if whole else f"/{self.token}/{path}"

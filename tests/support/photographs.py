@@ -17,8 +17,7 @@ SKIN, HAIR, JACKET, SKIRT = (0.85, 0.62, 0.5), (0.15, 0.1, 0.06), (0.2, 0.3, 0.7
 
 
 def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
-    """A body in its rest pose and a photo of it, with 2 cm of cloth and hair, and a skirt that no
-    limb fills."""
+    """A body at rest and a photo of it with 2 cm of cloth and hair, and a skirt."""
     body = make_body(load_body_model("anny"))
     vertices = body.vertices - np.array([0, body.vertices[:, 1].min(), 0], np.float32)
     body = dataclasses.replace(body, vertices=vertices)

@@ -15,8 +15,9 @@ def coated(
     above: float = -np.inf,
     ball: tuple[np.ndarray, float] | None = None,
 ) -> Reconstruction:
-    """One closed piece `coat` meters around the body's skin, out of cells of `cell` meters: what is
-    finer is lost. Only what is `above` a height.
+    """One closed piece `coat` meters around the body's skin, in cells of `cell` meters.
+
+    Finer detail is lost. `above` limits it to vertices over a height.
 
     A `ball` (middle, radius) is one with it.
     """

@@ -35,8 +35,10 @@ PACKAGES = (
 
 
 def set_traps(folder: Path, marks: Path) -> None:
-    """Fill `folder` with modules by the names of the standard library's and of ours; each writes
-    its name to `marks` when it is imported."""
+    """Fill `folder` with modules that write their names to `marks` on import.
+
+    They have the names of modules of the standard library and of a2v.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     trap = f"open({str(marks)!r}, 'a').write(__name__ + chr(10))\n"
     for name in {*sys.stdlib_module_names, *PACKAGES}:

@@ -90,7 +90,7 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
             )
             raise A2VError(
                 f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it "
-                f"anew: {PACKAGES.install_command}"
+                f"again: {PACKAGES.install_command}"
             )
         with atomic_path(path) as temporary:
             temporary.write_bytes(made.read_bytes())

@@ -30,20 +30,20 @@ JOINTS = 3
 SWING = Swing(stiffness=0.8, gravity=0.15, drag=0.4, radius=0.01)
 """Swing of hair."""
 LENGTH = 0.08
-"""Hair that hangs less than this below the base of the skull is short, meters."""
+"""Largest length of short hair below the base of the skull, meters."""
 _COLOR = 14.0
-"""Hair differs from the hair on the head by at most this much (CIELAB)."""
+"""Largest difference between a color of hair and the hair on the head, CIELAB units."""
 _DEEPEST = 0.6
-"""Hair hangs at most this far below the base of the skull, meters; more is clothing."""
+"""Largest length of hair below the base of the skull, meters; anything lower is clothing."""
 _AROUND = 0.75
-"""If more than this share of the chest's vertices have hair's color, it is the color of the
+"""Largest share of the chest's vertices with the color of hair; with more, it is the color of the
 clothing."""
 _LIFTED = (0.002, 0.006)
 """Distances of the layer's inner and outer side from the hair below, meters."""
 _BLEND = 0.05
 """Height over which the layer's weights change from the head's to the chains', meters."""
 _SMALL = 40
-"""Pieces with fewer faces are left out."""
+"""Smallest number of faces of a piece of hair."""
 _SHARE = 0.04
 """Smallest share of the layer's vertices beside a chain."""
 _NEAR = 0.6

@@ -67,7 +67,7 @@ def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
         return np.tile(np.eye(4), (joints, 1, 1))
     given = file.accessor(skin["inverseBindMatrices"])
     if given.shape != (joints, 16):
-        raise file.fail("has inverse bind matrices that are not one a joint")
+        raise file.fail("does not have one inverse bind matrix per joint")
     return np.swapaxes(given.astype(np.float64).reshape(-1, 4, 4), 1, 2)
 
 

@@ -115,7 +115,7 @@ def add_chains(body: Body, name: str, parent: int, places: FloatArray) -> tuple[
 
 def around(away: FloatArray, chains: int) -> FloatArray:
     """Return the direction (n,) of points at `away` (n, 3) from an upright axis, in widths of one
-    of `chains` chains.
+    of the `chains` chains.
 
     It is 0 in front and grows toward the person's left.
     """

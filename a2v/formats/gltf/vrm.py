@@ -156,12 +156,12 @@ class VrmMeta:
                 f"unknown edition '{self.edition}' of VRM; choose from {', '.join(EDITIONS)}"
             )
         if not self.author.strip():
-            raise InputError("a .vrm names its author; state one with --author")
+            raise InputError("a .vrm needs the name of its author; give it with --author")
         if not self.license_url.startswith(("https://", "http://")):
-            given = f"'{self.license_url}'" if self.license_url else "nothing"
+            given = f"'{self.license_url}'" if self.license_url else "missing"
             raise InputError(
-                f"a .vrm states its license by address, given was {given}; add such as "
-                "--license-url https://creativecommons.org/licenses/by/4.0/"
+                f"a .vrm needs the web address of its license, which is {given}; give it with "
+                "--license-url, such as https://creativecommons.org/licenses/by/4.0/"
             )
 
 
@@ -344,7 +344,7 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
     found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
     if missing := sorted(VRM_REQUIRED - found.keys()):
         raise InputError(
-            f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the "
+            f"a VRM needs the bone {missing[0]}, which the rig '{body.model}' lacks; change the "
             "rig to vrm first"
         )
     return found

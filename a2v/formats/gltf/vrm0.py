@@ -99,7 +99,7 @@ def turned_around(character: Character) -> Character:
 
 
 def turned_springs(springs: tuple[Springs, ...]) -> tuple[Springs, ...]:
-    """Turn springs around like `turned_around`."""
+    """Turn springs to face -z, as `turned_around` does with a character."""
 
     def turned(capsule: Capsule) -> Capsule:
         return dataclasses.replace(capsule, tail=capsule.tail * [-1, 1, -1])

@@ -139,7 +139,8 @@ class _Reader:
         self.arrays: dict[str, FloatArray] = {}
 
     def graph(self) -> Graph:
-        """Return all operations except those after unused heads (softmax of the segmentation)."""
+        """Return all operations except those that follow unused outputs (the softmax of the
+        segmentation)."""
         found = [
             self._operation(self.kinds[operator.opcodeIndex], operator)
             for operator in self.operators

@@ -49,8 +49,8 @@ TOKEN = 128
 """Channels of a landmark's token."""
 _OWN_SCALE = (1 / SIDE, 1 / SIDE, 1 / SIDE, 0.1, 0.1)
 _OWN_DEPTH = -0.186
-"""Factor from BlazePose's depth (away from the camera) to depth toward the camera, fitted to quick
-views of held-out people by least squares."""
+"""Factor from BlazePose's depth (away from the camera) to depth toward the camera, fitted by least
+squares to quick views of held-out people."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,7 +54,7 @@ class BodyMapSettings(RunSettings):
         Number of validation views on which each row of the log is measured.
     initial : str
         Start from the averaged weights of a run's folder, or from a ``bodymap.onnx``. "shipped" is
-        the file of a2v, "" is BlazePose.
+        the file of a2v, "" starts from BlazePose's weights.
     """
 
     iterations: int = 12_000

@@ -48,7 +48,7 @@ def load_dataset(
         return load_bvh_folder(path, bvh, progress=progress)
     if bvh is not None:
         raise InputError(
-            f"{name} has its own rate, length and units; they can be set for 'bvh' only"
+            f"{name} has a fixed rate, length and unit; settings of them are for 'bvh' only"
         )
     if name == "cmu":
         return load_cmu(path)

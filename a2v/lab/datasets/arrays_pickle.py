@@ -19,11 +19,12 @@ _PLAIN_KINDS = "biufcSU"
 
 
 class _Forbidden(Exception):
-    """A pickle refers to something other than arrays."""
+    """Signals that a pickle refers to something other than arrays."""
 
 
 class _NoClass:
-    """Replaces `numpy.ndarray` if a pickle passes the class on; it cannot be called."""
+    """Placeholder for `numpy.ndarray` where a pickle has the class as a value; it cannot be
+    called."""
 
 
 class _StoredArray:

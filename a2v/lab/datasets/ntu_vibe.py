@@ -56,8 +56,9 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
     Raises
     ------
     InputError
-        The list or a file is missing, damaged, asks for more than arrays, or does not hold (T, 49,
-        3) finite numbers in at least two frames; the message names the file, or the line of the
+        The list or a file is missing, damaged, refers to anything other than arrays, or does not
+        hold (T, 49, 3) finite numbers in at least two frames; the message names the file, or the
+        line of the
            list.
     """
     source = FileSource(Path(path))
@@ -80,7 +81,7 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
             )
     if not clips:
         raise InputError(
-            f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's "
+            f"{source.path}/{lists[0]} lists no clip with a track 1; expected paths of VIBE's "
             "pickles"
         )
     return ActionDataset.from_clips(

@@ -67,7 +67,7 @@ def write_comparison(
     if len(lengths) != 1 or len(names) != 1 or not shown >= 1:
         raise InputError(
             f"{len(films)} methods have films of {sorted(lengths)} frames; expected "
-            "the same views and lengths, and frames to show"
+            "equal lengths and views, and at least 1 shown frame"
         )
     views, count = next(iter(names)), next(iter(lengths))
     chosen = np.unique(np.linspace(0, count - 1, min(shown, count)).round().astype(int))

@@ -47,7 +47,7 @@ class Generator(nn.Module):
         given = [self.bg_model.inputs, self.src_model.inputs, self.tsf_model.inputs]
         if given != [4, 3 + CONDITION, 3 + CONDITION]:
             raise InputError(
-                f"{path}: the networks see {given} channels; expected [4, 6, 6], a "
+                f"{path}: the networks take {given} channels; expected [4, 6, 6], a "
                 "picture and texture coordinates"
             )
         fill(self, state, str(path))

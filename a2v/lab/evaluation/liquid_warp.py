@@ -34,7 +34,7 @@ NOWHERE = -2.0
 def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArray:
     """Read the texture coordinates (F, 3) by which the generator identifies a body's faces (F, 3).
 
-    They are the middle of a face's first edge, v down, and 0.
+    The three numbers of a face are u and v (downwards) of the middle of its first edge, and 0.
 
     Parameters
     ----------

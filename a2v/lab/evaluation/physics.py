@@ -229,7 +229,8 @@ def joints_physics(
 
 
 def ends_of(feet: Sequence[int], parents: IntArray) -> list[int]:
-    """Return the foot joints without a child among them: toes, or ankles if there are no toes."""
+    """Return the foot joints that have no child among the foot joints: toes, or ankles if there are
+    no toes."""
     above = {int(parents[joint]) for joint in feet}
     return [joint for joint in feet if joint not in above]
 

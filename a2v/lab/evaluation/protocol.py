@@ -23,7 +23,8 @@ from a2v.version import __version__
 
 REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
-"""The row of recordings whose actions are drawn uniformly, like those of the models' clips."""
+"""Name of the row of recordings whose actions are drawn uniformly, as those of the models' clips
+are."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,12 @@ class EvaluationSettings:
         fine-grained, 3.3 on CMU); a separate row shows it. Do not compare rows of the two
         protocols.
     state : "random" or "zeros"
-        First state of the classifier's GRU: the papers' random one, or the deterministic protocol.
+        First state of the classifier's GRU: random, as in the papers, or zeros, which makes the
+        scores deterministic.
     seed : int
         Seed of the draws of clips, actions and noise.
     physics_clips : int
-        Clips of the first repeat whose physical plausibility is measured, 0 for none.
+        Number of clips of the first repeat whose physical plausibility is measured; 0 for none.
     """
 
     clips: int = 3000
@@ -61,7 +63,7 @@ class EvaluationSettings:
         if self.clips < 40 or self.repeats < 1:
             raise InputError(
                 f"clips={self.clips}, repeats={self.repeats}; expected at least 40 "
-                "clips (30 features) and 1 repeat"
+                "clips (more than the 30 features) and 1 repeat"
             )
         if self.physics_clips < 0:
             raise InputError(f"physics_clips is {self.physics_clips}; expected 0 or more")

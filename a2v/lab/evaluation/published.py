@@ -55,7 +55,7 @@ PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
     },
 }
 """FID, accuracy, diversity and multimodality by data set and row; 20 repeats of 3,000 clips,
-generated actions drawn alike."""
+generated actions are equally frequent."""
 
 PUBLISHED_ACTIONS: Mapping[str, Mapping[str, Mapping[str, tuple[float, float, float]]]] = {
     "cmu": {
@@ -75,14 +75,14 @@ PUBLISHED_ACTIONS: Mapping[str, Mapping[str, Mapping[str, tuple[float, float, fl
         },
     }
 }
-"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN if a figure
-is missing in our text of the table: of the accuracies of Walk it has .786 and .930, but not their
-rows."""
+"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN for figures
+that are missing in our copy of the table. It has the accuracies .786 and .930 of Walk, but not
+their rows."""
 
 
 def published_action_table(dataset: str, actions: Iterable[str]) -> str:
-    """The published rows of single actions side by side as Markdown, "" if the papers lack one of
-    them."""
+    """The published rows of single actions side by side as Markdown; "" if the papers have no rows
+    of one of the actions."""
     known = PUBLISHED_ACTIONS.get(dataset, {})
     chosen = [name for name in actions if name in known]
     if not chosen:

@@ -23,9 +23,9 @@ class RetargetQuality:
     Attributes
     ----------
     error : float
-        Mean distance in meters of hips, knees, ankles, shoulders, elbows and wrists from where the
-        motion's bones, turned as they turn from its standing posture and scaled to the body's bone
-        lengths, put them; the middle of the hips in common.
+        Mean distance in meters of hips, knees, ankles, shoulders, elbows and wrists from their
+        expected places, with the middle of the hips in common. The expected places follow from the
+        body's bone lengths and the rotations of the motion's bones from its standing posture.
     plain_error : float
         The same with the motion's own bone directions, independent of its skeleton's standing
         posture.

@@ -144,7 +144,7 @@ def score_standing(
         `clips` is under 2.
     """
     if clips < 2:
-        raise InputError(f"{clips} clips an action; expected at least 2, to compare seeds")
+        raise InputError(f"{clips} clips per action; expected at least 2, to compare seeds")
     present = (
         [dataset.actions[label] for label in np.unique(dataset.labels)]
         if actions is None
@@ -252,7 +252,7 @@ def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
 
 
 def standing_table(scores: Sequence[StandingScore]) -> str:
-    """Markdown: actions by how much they slide, the worst first, and the medians of all."""
+    """Return Markdown: actions sorted by slide, the worst first, and the medians of all."""
     columns = (
         "Slide cm/s",
         "(rec.)",

@@ -176,11 +176,12 @@ def _common_actions(sources: Sources, settings: SurveySettings) -> list[str]:
     if settings.preference and len(sources) < 2:
         raise InputError(
             "preferences need at least two sources of motion; give another model or "
-            "the real data, or ask for none"
+            "the real data, or set preference to 0"
         )
     if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
         raise InputError(
-            "real-or-fake questions need the real data and a model; give both, or ask for none"
+            "real-or-fake questions need the real data and a model; give both, or set "
+            "real_or_fake to 0"
         )
     actions = [
         action

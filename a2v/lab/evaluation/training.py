@@ -45,7 +45,7 @@ class ClassifierSettings(RunSettings):
         classifier is used. So it recognizes actions by the movement, not by the heading in the
         laboratory. For data without a published classifier.
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips, so that
+        Share of a batch that is drawn uniformly from all actions instead of from all clips, so that
         actions with few clips are learned too.
     """
 
@@ -65,8 +65,8 @@ class ClassifierSettings(RunSettings):
             )
         if not 0 <= self.balance <= 1:
             raise InputError(
-                f"balance of the classifier is {self.balance}; expected 0 (clips "
-                "alike) to 1 (actions alike)"
+                f"balance of the classifier is {self.balance}; expected 0 (all "
+                "clips equally often) to 1 (all actions equally often)"
             )
 
 

@@ -1,5 +1,5 @@
-"""Scores of each action of a large vocabulary: whether it is recognized, and how closely it repeats
-its training clips."""
+"""Score each action of a large vocabulary: whether its clips are recognized, and how closely they
+repeat the training clips."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def score_actions(
         `clips` is not positive, or the classifier was trained for other actions.
     """
     if clips < 1:
-        raise InputError(f"{clips} clips an action; expected at least 1")
+        raise InputError(f"{clips} clips per action; expected at least 1")
     evaluator.demand_actions(dataset)
     real = recorded(dataset)
     present = np.unique(dataset.labels)
@@ -119,8 +119,8 @@ def score_actions(
 def repetition(
     generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton
 ) -> tuple[float, float | None]:
-    """Measure how near generated windows are to recorded ones, and recorded ones to those of other
-    clips.
+    """Measure the distances of generated windows from recorded ones, and of recorded ones from
+    those of other clips.
 
     Windows are compared with their first roots at the origin, facing +z.
 
@@ -175,7 +175,8 @@ def _nearest(points: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def vocabulary_table(scores: Sequence[ActionScore]) -> str:
-    """Markdown: the actions in their order, and how many reach half."""
+    """Return Markdown: the actions in their order, and the number of actions of which at least half
+    of the clips are recognized."""
     lines = [
         "| Action | Clips | Real accuracy | Accuracy | Nearest recording cm | Between takes cm |",
         "|---|---|---|---|---|---|",

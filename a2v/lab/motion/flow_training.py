@@ -122,8 +122,8 @@ class FlowTraining(Training):
             self.averaged.load_state_dict(self.network.state_dict())
 
     def restore(self, content: Mapping[str, Any]) -> None:
-        """See `Training`; the stored basis is kept, not a new one: eigenvectors are only defined up
-        to their signs."""
+        """See `Training`. The stored basis is used, because a new one could have eigenvectors of
+        other signs."""
         self.network.load_state_dict(content["network"])
         self.averaged.load_state_dict(content["averaged"])
         self.codec = stored_codec(content, self.features)

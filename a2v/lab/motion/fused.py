@@ -27,7 +27,7 @@ class Affine(NamedTuple):
     bias: Tensor
 
     def after(self, first: Affine | nn.Linear) -> Affine:
-        """Compose: this map after `first`."""
+        """Return the map that applies `first`, then this map."""
         return Affine(self.weight @ first.weight, self.weight @ first.bias + self.bias)
 
 

@@ -115,8 +115,8 @@ class StandardNormal(nn.Module):
         self.register_buffer("logvar", torch.zeros(settings.latent_size))
 
     def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
-        """Mean and log variance (B, T, Z), the same for all inputs (B, T, D), and the state as it
-        was given."""
+        """Return mean and log variance (B, T, Z), the same for all inputs (B, T, D), and the
+        unchanged state."""
         logvar = self.logvar.expand(*inputs.shape[:2], -1)
         return torch.zeros_like(logvar), logvar, inputs.new_zeros(0) if state is None else state
 

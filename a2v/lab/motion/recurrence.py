@@ -253,8 +253,8 @@ class RollOut:
     def _decode_back(
         self, t: int, pose: Tensor, velocity: Tensor | None
     ) -> tuple[Tensor, Tensor | None]:
-        """Return the gradients by the outputs (B, D) and by the previous pose (B, 3J), given that
-        by the pose (B, 3J)."""
+        """Return the gradients with respect to the outputs (B, D) and the previous pose (B, 3J),
+        from the `gradient` with respect to the pose (B, 3J)."""
         decoder = self.decoder
         root, fed = _points(pose).sum(1), None
         if decoder.settings.relative and not decoder.follows_trajectory:

@@ -61,11 +61,11 @@ class TrainSettings(RunSettings):
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
     alignment : "norm" or "mse"
-        That term as in Eq. 12, or the published code's mean squared error, with which roots leap
-        (see docs/research/motion-vae.md).
+        Form of the trajectory alignment term: Eq. 12, or the published code's mean squared error,
+        with which roots leap (see docs/research/motion-vae.md).
     reconstruction : "norm" or "mse"
-        Eq. 13, or the published code's loss, for which its weights of the KL term were tuned (see
-        docs/research/motion-vae.md).
+        Form of the reconstruction loss: Eq. 13, or the published code's mean squared error, for
+        which the published weights of the KL term were tuned (see docs/research/motion-vae.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit, as in the paper.
     """
@@ -97,7 +97,8 @@ class TrainSettings(RunSettings):
             )
         if not 0 <= self.balance <= 1:
             raise InputError(
-                f"balance is {self.balance}; expected 0 (clips alike) to 1 (actions alike)"
+                f"balance is {self.balance}; expected 0 (all clips equally often) to 1 (all "
+                "actions equally often)"
             )
 
     def final_kl(self, dataset: ActionDataset) -> float:

@@ -133,7 +133,7 @@ class LinearCode:
         """Return the rotation Q (D, D) float32 nearest to the map from codes of `other` to codes of
         this: this = Q other.
 
-        Both codes are white, so Q is exact for windows that both can tell apart.
+        Both codes have unit covariance, so Q is exact for windows that both codes represent.
         """
         between = (self.encoder @ other.basis.T) * other.scale / self.scale[:, None]
         left, _, right = np.linalg.svd(between)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 Field = Callable[[FloatArray], FloatArray]
-"""The chance (N,) that points (N, 3), meters, lie in the person."""
+"""The probability (N,) that points (N, 3), meters, lie in the person."""
 FieldOf = Callable[[FloatArray], Field]
 """Makes the field of a body from its vertices (V, 3), since PaMIR's network sees the body too."""
 INSIDE = 0.5
@@ -132,7 +132,7 @@ def refine_body(
     settings = settings or RefinementSettings()
     if body.model != model.name or len(body.vertices) != len(model.weights):
         raise InputError(
-            f"the body is of {body.model} and has {len(body.vertices)} vertices; expected one of "
+            f"the body is a {body.model} with {len(body.vertices)} vertices; expected a "
             f"{model.name} with {len(model.weights)}"
         )
     first = {

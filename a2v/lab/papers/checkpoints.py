@@ -68,8 +68,8 @@ def part(state: State, prefix: str) -> dict[str, Tensor]:
 
 
 def numbers(state: State, pattern: str) -> list[int]:
-    """Return the distinct numbers that the group of `pattern` matches at the beginning of names, in
-    order."""
+    """Return the sorted distinct numbers that the group of `pattern` matches at the beginning of
+    names."""
     return sorted({int(found[1]) for name in state if (found := re.match(pattern, name))})
 
 

@@ -133,7 +133,8 @@ def _writable(name: str) -> Path:
             if os.access(folder / name, os.W_OK):
                 return folder / name
     raise InputError(
-        "no folder takes the checkpoint's ONNX files; set A2V_CACHE to one that can be written"
+        "the checkpoint's ONNX files cannot be written to any cache folder; set A2V_CACHE to a "
+        "writable one"
     )
 
 

@@ -80,7 +80,7 @@ class PamirPerson:
         self._maps = self._seen(self._geometry)
 
     def field_of(self, vertices: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        """See the body at the vertices (V, 3), meters, from now on; returns `occupancy`."""
+        """Put the body to the vertices (V, 3), meters; return `occupancy` with this body."""
         self._see(vertices)
         self._maps["volume"] = self._geometry.run("volume", body=self._body)
         return self.occupancy

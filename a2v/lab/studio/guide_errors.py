@@ -211,7 +211,7 @@ def _placed(
     bone: int,
     parent: int,
 ) -> FloatArray:
-    """Return the position of the head of a bone (3,) by its disturbed parent."""
+    """Return the position (3,) of the head of a bone that moves with its disturbed parent."""
     return np.asarray(
         result[parent, :3, 3]
         + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3])

@@ -60,6 +60,6 @@ def keep_index(
         or {**(older or {}), **made} != plain
     ):
         raise InputError(
-            f"{folder} was made by other settings or another version (see its index.json); choose "
-            "another folder"
+            f"{folder} was made with other settings or by another version (see its index.json); "
+            "choose another folder"
         )

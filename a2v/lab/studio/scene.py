@@ -269,8 +269,8 @@ class _Setting:
     """Content of a photo: a square of the frame, and objects in the frame with their patterns, if
     any.
 
-    It also holds whether the border cuts the person, and `middle` (2,), the middle of the person's
-    box.
+    It also has a flag that the border cuts the person, and `middle` (2,), the middle of the
+    person's box.
     """
 
     middle: FloatArray

@@ -55,7 +55,7 @@ class StudioSettings:
         Share of samples farther from the surface; the rest is uniform in the person's box with a
         margin of 10 cm.
     same_avatar : int
-        Number of successive views of one avatar (reading it takes a part of the time).
+        Number of successive views of one avatar. Fewer readings of avatars save time.
     things : float
         Share of people who hold something in their hands.
     furniture : float
@@ -107,9 +107,7 @@ class StudioSettings:
             min(self.actions, self.open, self.varied, self.facing) < 0
             or max(self.actions + self.open, self.varied, self.facing) > 1
         ):
-            raise InputError(
-                "shares of poses and of people who face the camera must be from 0 to 1 together"
-            )
+            raise InputError("varied, facing, and the sum of actions and open must be from 0 to 1")
         if bad := [
             name
             for name in ("things", "furniture", "cut", "photographs")
@@ -117,7 +115,7 @@ class StudioSettings:
         ]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if min(self.near_share, self.far_share) < 0 or self.near_share + self.far_share > 1:
-            raise InputError("near_share and far_share must be from 0 to 1 together")
+            raise InputError("near_share, far_share and their sum must be from 0 to 1")
         for name, least in (("distance", 1.5), ("height", 0.0)):
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:

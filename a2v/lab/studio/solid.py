@@ -128,7 +128,8 @@ class Solid:
         count as filled.
     outer : (F,) bool, optional
         Faces to which distances are measured. Faces that another part of the person covers (an arm
-        pressed into the trunk) are left out, too: their normal soon meets a wall from inside.
+        pressed into the trunk) are left out, too: a ray along their normal soon meets a wall from
+        inside.
     shell : (F,) bool, optional
         Faces of an open shell over the solid (a wig), tested separately. A point inside either of
         them, or enclosed by both, is inside.

@@ -1,5 +1,5 @@
-"""A person in front of the camera: an avatar, prepared and dressed, posed on the ground, and the
-content of a photograph."""
+"""A person in front of the camera: an avatar is prepared, dressed and posed on the ground, and
+becomes the content of a photograph."""
 
 from __future__ import annotations
 

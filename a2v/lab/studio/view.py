@@ -57,9 +57,10 @@ class View(Record):
 
     - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, where it shows the person: 255
       inside, soft at the rim.
-    - `things` (1024, 1024) uint8, where it shows something else that is no background, as `mask`. A
-      view without this picture (`surrounded` is false) shows the whole person, with nothing before
-      them.
+    - `things` (1024, 1024) uint8, where it shows something else than person and background, as
+    `mask`. A
+      view without this picture (`surrounded` is false) shows the whole person, with nothing in
+      front.
     - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen
       through the front: on the same pixels, in the same axes.
     - `depth_front`, `depth_back` (512, 512) float16, z in meters; NaN outside. `parts_front` (512,

@@ -13,8 +13,8 @@ REACH = 0.05
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Return the mean of |error| near the surface in decimeters, beyond `REACH` of the shortfall,
-    plus the occupancy's cross entropy."""
+    """Return the mean |error| near the surface, decimeters, plus the occupancy's cross entropy.
+    Beyond `REACH`, a prediction only counts if it is smaller than `REACH`."""
     error = torch.where(
         true.abs() > REACH,
         functional.relu(REACH - true.sign() * predicted),

@@ -77,7 +77,8 @@ class ReconstructionSettings(RunSettings):
         speed on recent CPUs.
     initial : str
         Start from the networks of another run's folder or of a model's ONNX files, to continue with
-        more views or another rate. "shipped" means those of a2v, "" fresh ones.
+        more views or another rate. "shipped" means those of a2v, "" random
+        weights.
     """
 
     iterations: int = 10_000

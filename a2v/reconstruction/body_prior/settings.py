@@ -42,4 +42,4 @@ class SurfaceSettings:
         if not 1 <= self.rounds <= 20:
             raise InputError(f"rounds is {self.rounds}; expected 1 to 20")
         if not (0 <= self.reach <= 0.5 and 0 <= self.depth <= 2 and 0 <= self.lobe <= 0.5):
-            raise InputError("reach and lobe are meters from 0 to 0.5, depth a share from 0 to 2")
+            raise InputError("reach and lobe must be from 0 to 0.5 meters, depth from 0 to 2")

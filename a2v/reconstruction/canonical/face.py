@@ -119,7 +119,7 @@ class Laid:
         return np.asarray(own | (cKDTree(rest[own & mesh.skin]).query(rest, workers=1)[0] < reach))
 
 
-NO_FACE = Laid("none was asked for")
+NO_FACE = Laid("no face was requested")
 
 
 def lay_face(

@@ -67,8 +67,8 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The camera of the photo, and its pixels that do not show the person although the mask has
-    them (`a2v.reconstruction.canvas.surroundings_taken`)."""
+    """The camera of the photo, and the pixels of the mask that do not show the person
+    (`a2v.reconstruction.canvas.surroundings_taken`)."""
 
     camera: Camera
     taken: BoolArray

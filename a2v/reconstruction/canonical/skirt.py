@@ -183,7 +183,8 @@ def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
 
 
 def skirt_faces(count: int) -> IntArray:
-    """Return the faces (f, 3) of a layer of `count` vertices: both sides and the borders."""
+    """Return the faces (f, 3) of a layer of `count` vertices: both sides, and the strips that join
+    them."""
     rows = count // (2 * COLUMNS)
     outer = _tube(rows)
     half = rows * COLUMNS

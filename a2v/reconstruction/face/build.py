@@ -44,8 +44,8 @@ fraction of a millimeter, through which teeth are visible."""
 _LID = 0.82
 """Strength of the blink of the model: at 1 its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
-"""Angle, degrees, bent forward, at which the detector sees the face of the model when it is drawn
-from the front."""
+"""Angle, degrees, by which the model's face looks bent forward to the detector, if it is drawn from
+the front."""
 _EYE_REACH = (0.027, 0.036)
 """Distances from the middle of an eye up to which its expressions have full strength, and at which
 they end, meters."""
@@ -135,7 +135,7 @@ def _unfit(subject: Subject, most: float) -> str:
     """Reason why the face of the photo cannot be used, if it may be turned away by `most` degrees;
     empty if it can."""
     if subject.face is None:
-        return "no face seen from before"
+        return "no face is seen from the front"
     turned = turned_away(subject.face)
     return f"the face is turned away by {turned:.0f} degrees" if turned > most else ""
 

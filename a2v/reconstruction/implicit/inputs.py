@@ -203,6 +203,6 @@ def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
 
 
 def place_of(points: FloatArray, camera: OrthographicCamera, frame: int) -> FloatArray:
-    """Return the places of points (..., 3) in a frame of `frame` pixels: (..., 2) float32 in [-1,
-    1]."""
+    """Return the places (..., 2) float32, from -1 to 1, of points (..., 3) in a frame of `frame`
+    pixels."""
     return np.asarray(camera.project(points) * (2 / frame) - 1, np.float32)

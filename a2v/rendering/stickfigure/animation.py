@@ -61,7 +61,8 @@ def animate(
         raise InputError(f"{len(clips)} clips to animate; expected at most {MAX_PANELS}")
     if len({clip.fps for clip in clips}) > 1:
         raise InputError(
-            f"clips of {', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames a second; "
+            "the clips have different rates, "
+            f"{', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames per second; "
             "resample them to one rate"
         )
     names = titles_of(titles, clips)

@@ -170,7 +170,7 @@ def plot_path(
             "first"
         )
     if not 1 <= poses <= 60:
-        raise InputError(f"{poses} poses; expected 1 to 60")
+        raise InputError(f"{poses} poses are requested; expected 1 to 60")
     view = settings.azimuth, settings.elevation
     at = np.linspace(0, motion.frames - 1, poses).round().astype(int)
     flat = motion.joints[..., [0, 2]].reshape(-1, 2)

@@ -27,8 +27,7 @@ NEAREST = {"head_top": "head", "left_heel": "left_ankle", "right_heel": "right_a
 
 @pytest.fixture(scope="module")
 def real(data_dir):
-    """HumanAct12 clips as VIBE writes poses: (T, 49, 3) in the camera's axes, around the person's
-    own pelvis."""
+    """HumanAct12 clips in VIBE's form: (T, 49, 3), the camera's axes, around the pelvis."""
     source = load_dataset("humanact12", data_dir)
     clips = []
     for joints in source.joints[:6]:
@@ -165,7 +164,7 @@ def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
         (lambda poses: {1: track(poses.tolist())}, r"A006\.pkl: .*not an array"),
         (lambda poses: [poses], r"A006\.pkl holds a list"),
         (lambda poses: b"", r"A006\.pkl is compressed, or not a pickle"),
-        (lambda poses: {2: track(poses)}, r"names no clip with a track 1"),
+        (lambda poses: {2: track(poses)}, r"lists no clip with a track 1"),
     ],
     ids=["joints", "nan", "empty", "one frame", "list", "no dict", "no pickle", "no track"],
 )
@@ -182,7 +181,7 @@ def test_a_broken_file_is_named_with_the_reason(tmp_path, real, change, message)
         ("/etc/x_A006.pkl\n", "line 1.*outside of the folder"),
         ("vibe/S001A006.pkl\nvibe/S001A005.pkl\n", "line 2.*no known action"),
         ("vibe/S001P001A007.pkl\n", "A007.pkl does not exist"),
-        ("", "names no clip"),
+        ("", "lists no clip"),
     ],
 )
 def test_broken_lists_name_the_line(tmp_path, real, text, message):

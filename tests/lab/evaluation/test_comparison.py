@@ -109,7 +109,7 @@ def test_the_page_and_the_study_hold_the_films(tmp_path):
 
 def test_films_that_do_not_fit_are_refused(tmp_path):
     frame = np.zeros((16, 16, 3), np.uint8)
-    with pytest.raises(InputError, match="same views and lengths"):
+    with pytest.raises(InputError, match="equal lengths and views"):
         write_comparison(
             tmp_path / "a.html",
             {"a": {"front": [frame]}, "b": {"front": [frame] * 2}},

@@ -326,7 +326,7 @@ def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys
         "4",
     ]
     assert main(["survey", *words, "--out", str(tmp_path / "page.html")]) == 2
-    assert "cannot name a source of motions" in capsys.readouterr().err
+    assert "cannot be the name of a source" in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
 
 

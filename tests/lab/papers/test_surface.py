@@ -25,8 +25,10 @@ PIXELS = 256
 
 @pytest.fixture(scope="module")
 def lit(scene):
-    """A scene whose photo is gray but for a bright disc, up and to the right of the person's
-    middle: its middle and radius, pixels."""
+    """A scene with a gray photo and a bright disc: its middle and radius, pixels.
+
+    The disc is above and to the right of the person's middle.
+    """
     subject, body, camera = scene
     rows, columns = np.nonzero(subject.mask > 0.5)
     u, v = (columns.min() + columns.max()) / 2, (rows.min() + rows.max()) / 2

@@ -23,8 +23,7 @@ def glb(content: dict, binary: bytes = b"") -> bytes:  # type: ignore[type-arg]
 
 
 def two_bone_strip(scale: float = 0.01) -> bytes:
-    """A strip of two quads along +y on a two-bone rig whose nodes carry a scale, positions
-    quantised to normalized int16."""
+    """A strip of two quads along +y on two scaled bones, with int16 positions."""
     points = np.array([[x, y, 0] for y in (0.0, 0.5, 1.0) for x in (-0.1, 0.1)])
     quantised = np.rint(points * 32767).astype("<i2")
     padded = np.zeros((6, 4), "<i2")

@@ -14,7 +14,7 @@ def test_portrait_and_its_truth_agree(avatar: Avatar) -> None:
     settings = PortraitSettings(size=160, spp=16, threads=1, yaw=25)
     photo = take_portrait(person, settings)
     assert photo.image.shape == (160, 160, 3)
-    # the person stands centered and whole, as large as asked
+    # the person stands centered and whole, in the requested size
     rows, columns = np.nonzero(photo.mask > 0.5)
     assert np.ptp(rows) + 1 == pytest.approx(settings.fill_frame * 160, abs=3)
     assert (columns.min() + columns.max()) / 2 == pytest.approx(79.5, abs=2)

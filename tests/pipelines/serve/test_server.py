@@ -435,5 +435,5 @@ def test_the_clock_knows_more_as_frames_come(monkeypatch: pytest.MonkeyPatch) ->
 def test_the_gallery_begins_with_what_people_ask_for_first(server: Server) -> None:
     _, _, body = server.ask("api/choices")
     everything = json.loads(body)["models"][0]["actions"]
-    assert everything[: len(FIRST)] == list(FIRST)  # each of them can be asked for
+    assert everything[: len(FIRST)] == list(FIRST)  # each of them can be requested
     assert sorted(everything) == sorted(actions_of(MODELS[0]))

@@ -113,7 +113,7 @@ def test_silent_strangers_do_not_crowd_out_the_page(server: Server) -> None:
 
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """The port of a small server that waits half a second for headers and takes four strangers."""
+    """The port of a server that waits 0.5 s for headers and takes four strangers."""
     monkeypatch.setattr(wire, "HEADER_SECONDS", 0.5)
     monkeypatch.setattr(wire, "MAX_STRANGERS", 4)
 

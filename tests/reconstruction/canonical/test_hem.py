@@ -20,8 +20,10 @@ CLOTH = (60, 70, 140)
 def _dressed(
     body: Body, low: float, *, gap: int | None = None, below: tuple[int, int, int] = SKIN
 ) -> Subject:
-    """A person in cloth from the waist down to the height `low`, meters, with a shadow `gap` pixels
-    wide between the legs; bare below."""
+    """A person in cloth from the waist to the height `low`, meters, and bare below.
+
+    A shadow of `gap` pixels runs between the legs.
+    """
     subject = photographed(body)
     image = np.full_like(subject.image, 128)
     points = CAMERA.project(

@@ -15,8 +15,7 @@ from a2v.types import Body, OrthographicCamera, Subject
 
 
 def seen(subject: Subject, body: Body, camera: OrthographicCamera, shift: float) -> SimpleNamespace:
-    """Return a person whose maps show the body `shift` meters nearer to the camera on its left
-    side."""
+    """Return a person whose maps show the body's left side `shift` meters nearer."""
     frame: Frame = make_frame(subject.image, subject.mask, camera)
     vertices, faces, _ = outer_skin(body)
     guide = GuideMesh(vertices - [0, 0, vertices[:, 2].mean()], faces)

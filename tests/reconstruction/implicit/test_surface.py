@@ -21,8 +21,10 @@ BOUNDS = np.stack([-AXES - 0.05, AXES + 0.05])
 
 @pytest.fixture(scope="module")
 def person() -> SimpleNamespace:
-    """Networks that see the ellipsoid, but its left half (x > 0) 6 mm too thin; their maps hold the
-    true normals."""
+    """Networks that predict an ellipsoid, 6 mm too thin on its left half.
+
+    Their maps hold the true normals.
+    """
     mesh = ellipsoid()
     solid = GuideMesh(mesh.vertices, mesh.faces)
     maps = solid.maps(CAMERA, FRAME)

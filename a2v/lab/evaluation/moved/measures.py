@@ -157,7 +157,7 @@ def _placed(
 
 
 def scale_at_hips(camera: Camera, body: Body) -> float:
-    """Pixels per meter that a camera gives to level lengths at the hip joints of a body."""
+    """Pixels per meter of horizontal lengths at the hip joints of a body, as a camera sees them."""
     joints = [body.bone_names.index(name) for name in HIP_JOINTS]
     middle = body.bone_transforms[joints, :3, 3].astype(np.float64).mean(axis=0)
     ends = camera.project(middle + np.array([[-0.005, 0.0, 0.0], [0.005, 0.0, 0.0]]))
@@ -269,7 +269,7 @@ def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSetti
 
 def outer_faces(surface: Surface) -> IntArray:
     """Indices (n,) of the faces that are visible from outside, by the same rule as for the truth:
-    without the inside of the mouth."""
+    the inside of the mouth is left out."""
     faces = surface.faces.astype(np.int64)
     return np.flatnonzero(open_faces(surface.vertices, faces, rays=OPEN_RAYS))
 

@@ -37,7 +37,7 @@ class MovedOutcome:
     name, index, stance
         Of the case.
     method : str
-        Name of the way in which the character was made.
+        Name of the method that made the character.
     scores : mapping of pose to metric to value
     triangles : int
     failure : str

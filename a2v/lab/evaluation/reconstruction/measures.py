@@ -223,8 +223,8 @@ class Truth:
         }
 
     def _landmarks_in_world(self, marks: FloatArray) -> float:
-        """Mean distance of landmarks (33, 3) from the true ones in the world, meters, once turned,
-        moved and scaled to them."""
+        """Mean distance of landmarks (33, 3) from the true ones in the world, meters, after a
+        similarity that aligns them."""
         true = self.case.photo_camera.raised(self.case.landmarks.astype(np.float64))
         known = np.isfinite(true).all(axis=1)
         rotation, shift, factor = similar(marks[known], true[known])
@@ -233,8 +233,8 @@ class Truth:
         )
 
     def compare_colors(self, placed: Placed) -> dict[str, float]:
-        """PSNR (dB) and SSIM of the unlit front and back views, over the pixels that either surface
-        covers."""
+        """PSNR (dB) and SSIM of the unlit front and back views, over all pixels that the surface or
+        the true surface covers."""
         values: dict[str, float] = {}
         for name, side, true in zip(("front", "back"), (1, -1), self.sides, strict=True):
             mine = surface_maps(

@@ -84,5 +84,5 @@ class BenchmarkSettings:
         if self.views < 1 or self.points < 100 or not 64 <= self.size <= 2048:
             raise InputError(
                 f"views={self.views}, points={self.points}, size={self.size}; "
-                "expected at least 1 and 100, and a size from 64 to 2048"
+                "expected at least 1 view and 100 points, and a size from 64 to 2048"
             )

@@ -31,8 +31,8 @@ def local_radius(mask: BoolArray) -> FloatArray:
 
 
 def spread(radius: FloatArray) -> FloatArray:
-    """For each pixel the largest of the values (H, W) float32, pixels, whose disc of that radius
-    contains the pixel."""
+    """Return for each pixel the largest of the radii (H, W) float32, pixels, of discs that contain
+    the pixel."""
     result = np.array(radius, np.float32)
     for wide in np.geomspace(1, max(float(result.max(initial=0)), 1), STEPS):
         middles = radius >= wide

@@ -42,7 +42,7 @@ class BaselineSettings(RunSettings):
     Attributes
     ----------
     name : str
-        One of `a2v.lab.motion.baselines.NAMES`.
+        Name of the system, one of `a2v.lab.motion.baselines.NAMES`.
     iterations : int
         Number of iterations; for systems with two stages, their sum.
     batch_size : int

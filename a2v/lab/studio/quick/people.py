@@ -90,8 +90,8 @@ class QuickStudio:
         """See the class."""
         if dresser is None and settings.people != "avatars":
             raise InputError(
-                f"people is '{settings.people}', but there is no archive of MakeHuman's; choose "
-                "people avatars"
+                f"people is '{settings.people}', but the archive of MakeHuman is missing; set "
+                "people to avatars"
             )
         own = [path for path in paths if split_of(path.stem) == "training"]
         self.paths = {

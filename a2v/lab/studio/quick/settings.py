@@ -66,8 +66,8 @@ class QuickSettings:
     furniture : float
         Share of people with furniture that usually occludes a part of them.
     others : float
-        Share of people with other people in front of or behind them. `things`, `furniture`,
-        `others` and `photographs` of 0 give version 1's views.
+        Share of people with other people in front of or behind them. To get the views of version
+        1, set `things`, `furniture`, `others` and `photographs` to 0.
     photographs : float
         Share of people in front of a photograph instead of a drawn background.
     backgrounds : str

@@ -14,7 +14,7 @@ from a2v.types import FloatArray, IntArray
 LEAST_LEFT = 0.4
 """Smallest fraction of the person's pixels that objects and the border must leave visible."""
 _GRID = 96
-"""Number of rays a side that `share_left` casts at the person's box."""
+"""Number of rays per side of the person's box that `share_left` casts."""
 _DOWN = np.array([0, 0, -1], np.float32)
 
 
@@ -75,7 +75,8 @@ def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> 
 
 
 def share_left(seen: FloatArray, faces: IntArray, thing: Thing | None, square: Square) -> float:
-    """Return the fraction of a person's pixels that neither an object nor the border takes.
+    """Return the fraction of a person's pixels that are visible: neither behind an object nor
+    outside of the border.
 
     The person has vertices (V, 3) in the frame and faces (F, 3).
     """

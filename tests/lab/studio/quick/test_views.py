@@ -168,7 +168,7 @@ def test_a_folder_is_resumed_and_never_mixed(prepared: Path, data: Path) -> None
 def test_people_of_makehuman_need_their_archive(
     studio: QuickStudio, prepared: Path, data: Path
 ) -> None:
-    with pytest.raises(InputError, match="no archive"):
+    with pytest.raises(InputError, match="archive of MakeHuman is missing"):
         QuickStudio([], studio.bank, studio.guides, QuickSettings())
     with pytest.raises(InputError, match="makehuman"):
         QuickStudio.open(prepared, data, QuickSettings())

@@ -38,7 +38,7 @@ from a2v.lab.evaluation.reconstruction import (
     to_true_frame,
 )
 from a2v.lab.evaluation.reconstruction.alignment import Scan, aligned_distances
-from a2v.lab.evaluation.reconstruction.measures import detail_share
+from a2v.lab.evaluation.reconstruction.measures import detail_share, shifted_psnr
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.avatars import a_pose
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
@@ -120,8 +120,23 @@ def test_the_truth_itself_is_perfect(wide: trimesh.Trimesh) -> None:
         "ssim_front": pytest.approx(1),
         "psnr_back": 100,
         "ssim_back": pytest.approx(1),
+        "psnr_back_aside": 100,
         "detail_back": 1,
     }
+
+
+def test_a_pattern_that_has_moved_a_little_is_no_error_with_shifts() -> None:
+    rng = np.random.default_rng(0)
+    true = rng.random((60, 50, 3))
+    region = np.zeros((60, 50), bool)
+    region[8:50, 8:42] = True
+    moved = np.roll(true, (2, -3), axis=(0, 1))
+    assert shifted_psnr(moved, true, region, block=12, reach=3) == 100
+    assert shifted_psnr(moved, true, region, block=12, reach=2) < 12
+    plain = -10 * np.log10(((moved - true)[region] ** 2).mean())
+    assert shifted_psnr(moved, true, region, block=12, reach=0) == pytest.approx(plain)
+    other = rng.random((60, 50, 3))  # shifts do not make another pattern alike
+    assert shifted_psnr(other, true, region, block=12, reach=3) < 10
 
 
 def test_a_near_camera_counts_in_the_world_alone(wide: trimesh.Trimesh) -> None:

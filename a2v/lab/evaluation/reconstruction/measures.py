@@ -23,6 +23,11 @@ from a2v.types import BoolArray, Camera, FloatArray, IntArray, Subject, Surface
 ASIDE = 0.01
 """Distance in the picture within which places count as one for `slabs_slack`, meters: everything is
 thin at the rim of a silhouette."""
+BLOCK = 0.2
+"""Side of the blocks of `shifted_psnr`, meters."""
+SHIFT = 0.03
+"""Largest shift of a block along each axis, meters: the camera and the depth of a fit move the
+pattern of a back in the picture by some centimeters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,8 +239,10 @@ class Truth:
 
     def compare_colors(self, placed: Placed) -> dict[str, float]:
         """PSNR (dB) and SSIM of the unlit front and back views, over all pixels that the surface or
-        the true surface covers."""
+        the true surface covers; PSNR of the back also with shifts (`shifted_psnr`), over those
+        that both cover."""
         values: dict[str, float] = {}
+        density = self.case.camera.scale * self.settings.size / max(self.photo)
         for name, side, true in zip(("front", "back"), (1, -1), self.sides, strict=True):
             mine = surface_maps(
                 placed.surface,
@@ -249,6 +256,13 @@ class Truth:
                 mine.colors, true.colors, mine.mask | true.mask
             )
             if side < 0:
+                values["psnr_back_aside"] = shifted_psnr(
+                    mine.colors,
+                    true.colors,
+                    mine.mask & true.mask,
+                    block=max(2, round(BLOCK * density)),
+                    reach=round(SHIFT * density),
+                )
                 values["detail_back"] = detail_share(
                     mine.colors, true.colors, mine.mask & true.mask
                 )
@@ -287,6 +301,32 @@ def detail_share(mine: FloatArray, true: FloatArray, region: BoolArray) -> float
         for picture in (mine, true)
     ]
     return (energy[0] + 1e-9) / (energy[1] + 1e-9)
+
+
+def shifted_psnr(
+    mine: FloatArray, true: FloatArray, region: BoolArray, *, block: int, reach: int
+) -> float:
+    """PSNR (dB, at most 100) of a picture (H, W, 3) in [0, 1] over a region (H, W) if each block of
+    `block` pixels may move by up to `reach` pixels along each axis.
+
+    Blocks without a pixel of the region do not count, and a move that takes a block out of the
+    picture repeats its rim.
+    """
+    rows, columns = (np.arange(0, side, block) for side in region.shape)
+
+    def summed(values: FloatArray) -> FloatArray:
+        return np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1)
+
+    wide = np.pad(mine, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    height, width = region.shape
+    least = np.full((len(rows), len(columns)), np.inf)
+    for down in range(2 * reach + 1):
+        for aside in range(2 * reach + 1):
+            moved = wide[down : down + height, aside : aside + width]
+            error = ((moved - true) ** 2).mean(axis=-1, dtype=np.float64)
+            least = np.minimum(least, summed(np.where(region, error, 0.0)))
+    error = float(least.sum() / max(1, region.sum()))
+    return min(100.0, -10 * float(np.log10(max(error, 1e-10))))
 
 
 def sample_surface(surface: Surface, count: int, *, seed: int) -> tuple[FloatArray, FloatArray]:

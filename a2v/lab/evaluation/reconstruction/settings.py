@@ -28,6 +28,7 @@ METRICS: Mapping[str, tuple[str, int]] = {
     "ssim_front": ("Front SSIM↑", 3),
     "psnr_back": ("Back PSNR↑", 2),
     "ssim_back": ("Back SSIM↑", 3),
+    "psnr_back_aside": ("Back PSNR, 3 cm aside↑", 2),
     "detail_back": ("Back detail →1", 2),
 }
 """Columns of the tables by metric, and their decimals."""

@@ -27,7 +27,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
 
-from a2v import PhotoCamera, Subject
 from a2v.body import flattened
 from a2v.geometry.simplify import simplify
 from a2v.reconstruction import ImplicitSettings, implicit_surface
@@ -35,10 +34,8 @@ from a2v.reconstruction.color import ColorSettings
 from a2v.reconstruction.colorings import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import PreviewStyle, preview_surface
-from a2v.types import Body, Reconstruction
-from pipelines.engine.store import Store
-from pipelines.requests.video import photo_parameters
-from pipelines.run import run
+from a2v.samples import load_ready_person
+from a2v.types import Reconstruction
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -46,21 +43,15 @@ SIZE = 128 if SMALL else 240
 
 # %% [markdown]
 # ## The photo, the mask and the guide
-# Keypoints and mask come from perception, the body from `fit_body` (notebook 06). One photo says
-# little about depth, so the body is the *guide* of all networks that follow.
+# Keypoints and mask come from perception, the body from `fit_body` (notebook 06). Both are ready
+# here; for a photo of your own, notebook 00 makes them. One photo says little about depth, so the
+# body is the *guide* of all networks that follow.
 
 # %%
-outcome = run(
-    ["subject", "photo_body", "photo_camera"],
-    store=Store(),
-    **photo_parameters(Store(), "../a2v/samples/person.jpg"),
-)
-subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
-camera = outcome.get("photo_camera", PhotoCamera)
-body, camera = (
-    flattened(body, camera),
-    camera.flat,
-)  # as the photo's orthographic view would show the body
+ready = load_ready_person()
+subject = ready.subject
+# as the photo's orthographic view would show the body
+body, camera = flattened(ready.photo_body, ready.photo_camera), ready.photo_camera.flat
 model = ImplicitModel.load()
 person = model.see(subject, body, camera)
 print("weights:", model.metadata["format"])

@@ -25,13 +25,10 @@ import warnings
 import matplotlib.pyplot as plt
 import numpy as np
 
-from a2v import PhotoCamera, Subject, Surface
-from a2v.body import PARTS, fit_body, load_body_model, make_body
+from a2v import Surface
+from a2v.body import PARTS, FitSettings, fit_body, load_body_model, make_body
 from a2v.rendering.preview import PreviewStyle, preview_surface
-from a2v.types import Body
-from pipelines.engine.store import Store
-from pipelines.requests.video import photo_parameters
-from pipelines.run import run
+from a2v.samples import load_ready_person
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -137,15 +134,13 @@ print(f"{len(prior.weights)} Gaussians of {len(prior.names)} angles, from {prior
 # The residuals tell how well each fits.
 
 # %%
-store = Store()
-parameters = photo_parameters(store, "../a2v/samples/person.jpg")
-outcome = run(
-    ["subject", "photo_body", "photo_camera", "colored_surface"], store=store, **parameters
+ready = load_ready_person()  # the sample person at every stage; subject and surface are used here
+subject, surface = ready.subject, ready.colored_surface
+first = fit_body(subject)
+body, camera = first.body, first.camera
+print(
+    {name: round(value, 4) for name, value in first.residuals.items() if isinstance(value, float)}
 )
-subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
-camera, surface = outcome.get("photo_camera", PhotoCamera), outcome.get("colored_surface", Surface)
-measures = outcome.nodes["photo_body"].measures
-print({name: round(value, 4) for name, value in measures.items() if isinstance(value, float)})
 
 corners = body.vertices[body.faces]
 facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0
@@ -169,15 +164,13 @@ axes[1].set_title("bones")
 # $$\mathcal L(\beta, \theta) = \mathcal L_{\text{surface}} + \lambda_j \mathcal L_{\text{joints}}
 # + \lambda_r \mathcal L_{\text{reg}} \tag{15}$$
 #
-# The first two rounds leave the surface out. The surface wears clothes, so a distance of about a
-# centimeter is right. Change the weights to see what each term is for: `surface_weight`,
+# The first two rounds leave the surface out. As in the pipeline, the fit starts from the one to the
+# photo. The surface wears clothes, so a distance of about a centimeter is right. Change the weights to see what each term is for: `surface_weight`,
 # `joints_weight` ($\lambda_j$), `prior_weight` ($\lambda_r$).
 
 # %%
-from a2v.body import FitSettings
-
 chosen = FitSettings(rounds=2 if SMALL else 3)
-result = fit_body(subject, surface=surface, camera=camera, settings=chosen)
+result = fit_body(subject, surface=surface, camera=camera, settings=chosen, initial=first)
 fitted = result.body
 print(
     {name: round(value, 4) for name, value in result.residuals.items() if isinstance(value, float)}

@@ -27,7 +27,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from a2v import Character, Surface
+from a2v import Surface
 from a2v.animation import (
     ArapDeformer,
     DeformSettings,
@@ -42,18 +42,14 @@ from a2v.formats.gltf import write_glb, write_morph_glb
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.rendering.preview import PreviewStyle, preview_surface
-from pipelines.engine.store import Store
-from pipelines.requests.video import photo_parameters
-from pipelines.run import run
+from a2v.samples import load_ready_person
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
 FRAMES = 6 if SMALL else 48
 SIZE = 128 if SMALL else 320
 
-store = Store()
-outcome = run("character", store=store, **photo_parameters(store, "../a2v/samples/person.jpg"))
-character = outcome.get("character", Character)
+character = load_ready_person().character
 surface, body = character.surface, character.body
 
 # %% [markdown]
@@ -126,6 +122,7 @@ for ax, (name, vertices) in zip(axes, ways.items(), strict=False):
     ax.axis("off")
 axes[3].plot(range(1, result.iterations + 1), result.energies, "o-")
 axes[3].set(xlabel="iteration", title="energy of Eq. 20")
+figure.tight_layout()
 
 # %% [markdown]
 # How strongly should targets pull against rigidity? The paper weighs them with 1. We weigh them
@@ -145,7 +142,7 @@ for ax, control in zip(axes, controls, strict=True):
     picture = Surface(vertices=pulled.vertices.astype(np.float32), faces=surface.faces, colors=heat)
     ax.imshow(preview_surface(picture, azimuth=60, size=SIZE, style=PreviewStyle(shaded=False)))
     ax.set_title(
-        f"control {control:g}: stretch {error.mean():.1%}, {1000 * gap:.1f} mm off", fontsize=8
+        f"control {control:g}:\nstretch {error.mean():.1%}, {1000 * gap:.1f} mm off", fontsize=8
     )
     ax.axis("off")
 

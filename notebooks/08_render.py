@@ -28,9 +28,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from IPython.display import Video, display
 
-from a2v import Character, RenderSettings
+from a2v import RenderSettings
 from a2v.geometry.colors import linear_to_srgb
 from a2v.rendering import CameraPath, Renderer, denoise, follow_cameras, read_cameras, write_video
+from a2v.samples import load_ready_person
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Image, Vertices
 from pipelines.requests.video import VideoRequest, video_parameters
@@ -40,10 +41,12 @@ warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
 SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (128, 8, 4)
 
-store = Store()
+store, ready = Store(), load_ready_person()
+character = ready.character
+# the graph starts at these stages of the sample person; without `overrides` it makes them
+given = {name: store.put(value) for name, value in ready.outputs.items()}
 parameters = video_parameters(store, "../a2v/samples/person.jpg", "Jump", frames=FRAMES)
-outcome = run(["character", "vertices"], store=store, **parameters)
-character = outcome.get("character", Character)
+outcome = run("vertices", store=store, executor="serial", overrides=given, **parameters)
 vertices = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]])
 print(f"{len(vertices)} frames of {vertices.shape[1]} vertices")
 
@@ -196,7 +199,10 @@ wished = VideoRequest.of(
     photo="../a2v/samples/person.jpg", action="Walk", frames=max(FRAMES // 2, 6),
     background="photo", from_photo=True, size=96 if SMALL else 128, spp=SPP,
 ).resolve(store)  # fmt: skip
-stepped = run(["photo_frame"], graph=wished.graph, store=store, **wished.parameters)
+stepped = run(
+    "photo_frame", graph=wished.graph, store=store, executor="serial", overrides=given,
+    **wished.parameters,
+)  # fmt: skip
 column = stepped.values["photo_frame"]
 chosen = np.linspace(0, len(column) - 1, 4).astype(int)
 shown([store.get(column[t], Image).pixels[..., :3] for t in chosen], [f"frame {t}" for t in chosen])

@@ -13,6 +13,9 @@ from a2v.types import BoolArray, FloatArray, IntArray
 LEAST_VERTICES = 25_000
 """Smallest number of vertices of a person's surface. With fewer, hands and faces would
 disappear."""
+_SPARE = 1.02
+"""Smallest target relative to `LEAST_VERTICES`: cutting out self-intersections takes a few vertices
+away, and a surface with fewer than the least is subdivided to four times as many."""
 
 
 def even_out(
@@ -54,6 +57,7 @@ def even_out(
         vertices, faces = keep_pieces(*_current(meshes))
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     pieces = _count_pieces(vertices, faces)
+    target = max(target, round(_SPARE * LEAST_VERTICES))
     states = [(np.asarray(vertices), np.asarray(faces)), *_clean_up(meshes, target, smoothing)]
     if pieces == 1:
         states[-1] = keep_pieces(*states[-1])  # remove the pieces that were cut off

@@ -166,6 +166,14 @@ def test_self_intersections_are_cut() -> None:
     assert not self_intersections(vertices, faces).any()
 
 
+def test_the_least_target_allows_for_what_is_cut() -> None:
+    ball = trimesh.creation.icosphere(5, 0.3)
+    pushed = ball.vertices.copy()
+    pushed[pushed[:, 1] > 0.299, 1] -= 0.9  # 19 vertices: as few as on a person
+    vertices, _ = even_out(pushed, np.asarray(ball.faces, np.int64), 25_000)
+    assert 25_000 <= len(vertices) < 27_000
+
+
 def test_is_closed_tells() -> None:
     cube = trimesh.creation.box()
     vertices, faces = np.asarray(cube.vertices), np.asarray(cube.faces, np.int64)

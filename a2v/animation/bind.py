@@ -134,7 +134,7 @@ def bind(
     )
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
-        chosen = _where_known(chosen, np.asarray(parts), present)
+        chosen = _with_known_parts(chosen, np.asarray(parts), present)
     rows = np.arange(len(vertices))
     anchors, price = best[rows, chosen], cost[rows, chosen]
     trust = (0.05 + 0.95 * np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)) * np.exp(
@@ -258,7 +258,7 @@ def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(outside, axis=1))
 
 
-def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
+def _with_known_parts(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
     """Replace the chosen columns (V,) of `present` parts if the part is `known` (V,; -1: unknown)
     and present."""
     lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))

@@ -321,8 +321,8 @@ def _yaw(vectors: FloatArray) -> FloatArray:
 
 
 def _period(natural: float, cycle: float) -> float:
-    """The period nearest to a natural one that divides a cycle of `cycle` seconds; 0 if there is
-    none."""
+    """Return the period nearest to a natural one of which a whole number fits into `cycle` seconds;
+    0 for a cycle that is too short."""
     if not cycle:
         return natural
     return 0.0 if cycle < _SHORTEST_CYCLE else cycle / max(round(cycle / natural), 1)

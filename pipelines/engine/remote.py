@@ -145,8 +145,8 @@ class Remote:
             except Exception as error:  # plug-ins raise their own errors besides OSError
                 if attempt == ATTEMPTS - 1:
                     raise A2VError(
-                        f"the store {self.url} fails ({shorten(error, 120)}); what was finished is "
-                        "remembered, repeat the command when it answers"
+                        f"the store {self.url} fails ({shorten(error, 120)}); finished results are "
+                        "kept: repeat the command when it answers"
                     ) from error
                 time.sleep(FIRST_WAIT * 2**attempt)
         raise AssertionError

@@ -129,8 +129,8 @@ def enliven(
 
 
 def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
-    """Share (T,) of each frame that belongs to actions for which ``motion.provenance[fact]`` is
-    true. It has one truth value per action; `otherwise` is used if it is absent.
+    """Return the share (T,) of each frame that belongs to actions with a certain property.
+    ``motion.provenance[fact]`` has one truth value per action; `otherwise` is used if it is absent.
 
     ``told``: the joints of fingers and face are meaningful; ``air``: the action is above the
     ground.

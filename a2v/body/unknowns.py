@@ -70,7 +70,8 @@ class Unknowns:
         camera: OrthographicCamera,
         view: View = LEVEL,
     ) -> Unknowns:
-        """From plain numbers; `root` is a rotation vector (3,), `camera` the flat one."""
+        """Make unknowns from arrays. `root` is a rotation vector (3,), `camera` the camera of the
+        flat frame."""
         import torch
 
         def leaf(values: Any) -> Tensor:

@@ -135,7 +135,7 @@ def _check(root: yaml.Node) -> None:
         elif id(node) in entered:
             inner = [id(one) for one in _inner(node)]
             if any(one not in sizes for one in inner):
-                raise _refused("holds itself", node)
+                raise _refused("contains itself", node)
             sizes[id(node)] = 1 + sum(sizes[one] for one in inner)
             if sizes[id(node)] > len(sizes) + MAX_REPEATED:
                 raise _refused(f"repeats more than {MAX_REPEATED} values by its aliases", node)

@@ -246,7 +246,7 @@ def check_store(cache: str | None = None) -> Check:
     store = Store(cache)
     store.prepare()
     if not store.has(store.put(OrthographicCamera(scale=1, center_u=0, center_v=0))):
-        raise A2VError(f"the store {store.folder} lost what was put there")
+        raise A2VError(f"the store {store.folder} lost a value that was stored there")
     free = shutil.disk_usage(store.folder).free
     about = f"{store.address}, {free / 1e9:.1f} GB free"
     if free < DISK_NEEDED:

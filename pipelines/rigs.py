@@ -22,7 +22,7 @@ from pipelines.options import flag, option
 
 RIG = f"bones of exports: {', '.join(RIGS)}"
 ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
-VISEMES = "add 15 visemes with the names of oculus or vrchat; rig: the names of the rig, if it has visemes"  # noqa: E501
+VISEMES = "add 15 visemes with the names of oculus or vrchat; or rig for those of the chosen rig"
 """Help of options with these names."""
 
 

@@ -134,7 +134,7 @@ def bind(
     )
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
-        chosen = _where_known(chosen, np.asarray(parts), present)
+        chosen = _with_known_parts(chosen, np.asarray(parts), present)
     rows = np.arange(len(vertices))
     anchors, price = best[rows, chosen], cost[rows, chosen]
     trust = (0.05 + 0.95 * np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)) * np.exp(
@@ -214,7 +214,7 @@ def _of_each_part(
     3): its cost (V, P), meters, and its index (V, P).
 
     `distance` (V,) is the distance to the nearest vertex of any part. Parts that are too far away
-    to be chosen have an infinite cost unless `asked` (V, P).
+    to be chosen have an infinite cost, unless `asked` (V, P) requests them.
     """
     targets = body.vertices.astype(np.float64)
     cost, best = np.full(asked.shape, np.inf), np.zeros(asked.shape, np.int64)
@@ -258,9 +258,9 @@ def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(outside, axis=1))
 
 
-def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
-    """Replace the chosen columns (V,) of `present` parts if the part is `known` (V,; -1: unknown)
-    and present."""
+def _with_known_parts(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
+    """Return the columns (V,) of the `known` parts (V,) among the parts `present`. Vertices whose
+    part is unknown (-1) or not present keep their `chosen` column."""
     lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
     return np.where((known >= 0) & (present[lookup] == known), lookup, chosen)
 
@@ -281,8 +281,8 @@ def _choose_parts(
 def _skin(
     anchors: IntArray, body: Body, mass: FloatArray, stiffness: Any, settings: BindSettings
 ) -> tuple[FloatArray, IntArray]:
-    """Return the largest four weights (V, 4) and their bones (V, 4): those of the `anchors`,
-    smoothed where their `mass` (V,) is small."""
+    """Return the largest four weights (V, 4) and their bones (V, 4): those of the body at the
+    `anchors`, smoothed over the surface. A vertex with a small `mass` (V,) is smoothed more."""
     from scipy.sparse import diags
 
     used = np.flatnonzero(body.weights[np.unique(anchors)].max(axis=0) > 0)

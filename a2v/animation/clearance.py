@@ -167,8 +167,8 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
 
 
 def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
-    """Largest depth (T, 2) of the left and the right arm inside trunk, head and thighs, meters; 0
-    outside."""
+    """Return the largest depth (T, 2) of the left and the right arm inside trunk, head and thighs,
+    meters; 0 outside."""
     depth, trunk = np.zeros((len(transforms), 2)), _Trunk.of(transforms, rig)
     for column, side in enumerate(SIDES):
         arm = _Arm.of(rig, side)

@@ -117,14 +117,16 @@ def with_triangles(character: Character, triangles: int) -> Character:
 
 def _importance(character: Character) -> FloatArray:
     """Weight of shape errors around each vertex (V,)."""
-    weight = np.array([_of_bone(name) for name in character.body.bone_names])[character.bones[:, 0]]
+    weight = np.array([_bone_weight(name) for name in character.body.bone_names])[
+        character.bones[:, 0]
+    ]
     if character.surface.face is not None:
         weight[character.surface.face.patch] = FACE
         weight[character.surface.face.vertices] = FACE
     return np.asarray(weight)
 
 
-def _of_bone(name: str) -> float:
+def _bone_weight(name: str) -> float:
     """Return the weight of shape errors around the vertices that the bone moves most."""
     stem = name.removeprefix("left_").removeprefix("right_")
     return (

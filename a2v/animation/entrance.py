@@ -18,7 +18,8 @@ def photo_to_world(body: Body) -> FloatArray:
 
 
 def in_world(body: Body) -> FloatArray:
-    """World from bone (B, 4, 4) of a fitted body's own pose, moved by `photo_to_world`."""
+    """Return the bones (B, 4, 4), world from bone, of a fitted body in its pose, moved by
+    `photo_to_world`."""
     moved = body.bone_transforms.astype(np.float64)
     moved[:, :3, 3] += photo_to_world(body)
     return moved

@@ -147,8 +147,8 @@ def _bent(
 
 
 def carry_pelvis(plans: dict[str, FootPlan], fps: float, settings: ContactSettings) -> FloatArray:
-    """Displacement (T, 3) of the pelvis that moves it with the standing feet, so that legs keep
-    their bend."""
+    """Return the displacement (T, 3) of the pelvis that moves it along with the standing feet, so
+    that legs keep their bend."""
     from scipy.ndimage import gaussian_filter1d
 
     weights = {side: near(plan.on, settings.blend * fps) for side, plan in plans.items()}

@@ -198,7 +198,7 @@ def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
                 )
                 if high[2] - low[2] < 0.08:
                     continue
-                if _through(skin, low, high) <= THROUGH:
+                if _share_inside(skin, low, high) <= THROUGH:
                     return name, box(low, high)
     return None
 
@@ -211,7 +211,7 @@ def _slab(tread: _Tread) -> tuple[str, FloatArray]:
     )
 
 
-def _through(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+def _share_inside(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
     """Return the fraction of frames in which some of the skin (T, K, 3) is inside a box."""
     inset = np.minimum(SHRUNK, 0.3 * (high - low))
     inside = ((skin > low + inset * [1, 0, 1]) & (skin < high - inset)).all(axis=-1).any(axis=-1)

@@ -96,8 +96,8 @@ def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetti
 
 
 def _below_steps(transforms: FloatArray, rig: Rig, steps: FloatArray) -> float:
-    """Level of the ground under a clip whose feet stand on `steps` (2, T): a low quantile of the
-    lower foot's height above its step."""
+    """Return the level of the ground under a clip whose feet stand on `steps` (2, T). It is a low
+    quantile of the height of the lower foot above its step."""
     over = [
         sole_points(transforms, rig, side)[..., 1].min(-1) - own
         for side, own in zip(SIDES, steps, strict=True)

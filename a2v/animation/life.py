@@ -129,8 +129,8 @@ def enliven(
 
 
 def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
-    """Share (T,) of each frame that belongs to actions for which ``motion.provenance[fact]`` is
-    true. It has one truth value per action; `otherwise` is used if it is absent.
+    """Return the share (T,) of each frame that belongs to actions with a certain property.
+    ``motion.provenance[fact]`` has one truth value per action; `otherwise` is used if it is absent.
 
     ``told``: the joints of fingers and face are meaningful; ``air``: the action is above the
     ground.
@@ -321,8 +321,8 @@ def _yaw(vectors: FloatArray) -> FloatArray:
 
 
 def _period(natural: float, cycle: float) -> float:
-    """The period nearest to a natural one that divides a cycle of `cycle` seconds; 0 if there is
-    none."""
+    """Return the period nearest to a natural one of which a whole number fits into `cycle` seconds;
+    0 for a cycle that is too short."""
     if not cycle:
         return natural
     return 0.0 if cycle < _SHORTEST_CYCLE else cycle / max(round(cycle / natural), 1)

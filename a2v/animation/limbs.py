@@ -165,7 +165,8 @@ def _twist(
 
 
 def _rotated(vectors: FloatArray, axis: FloatArray, angle: FloatArray) -> FloatArray:
-    """Vectors (T, 3) perpendicular to unit `axis` turned about it by `angle` (T,)."""
+    """Rotate vectors (T, 3), which are perpendicular to the unit vectors `axis`, about these by
+    `angle` (T,)."""
     turned: FloatArray = (
         vectors * np.cos(angle)[:, None] + np.cross(axis, vectors) * np.sin(angle)[:, None]
     )

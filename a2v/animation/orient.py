@@ -156,8 +156,8 @@ def _orient_head(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray) 
 
 
 def _heads(rotmats: dict[int, FloatArray], rig: Rig, frames: int) -> list[FloatArray]:
-    """Bone heads (T, 3) relative to the first bone's, for bones rotated by `rotmats` or with their
-    parents."""
+    """Return the heads (T, 3) of the bones relative to the first one. A bone without an entry in
+    `rotmats` has the rotation of its parent."""
     heads: list[FloatArray] = []
     worn: list[FloatArray] = []
     for bone, parent in enumerate(rig.parents):

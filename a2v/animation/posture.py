@@ -126,7 +126,7 @@ def straightened(
     move the feet. If the hips are narrower or wider than the rig's, the legs turn sideways by at
     most 3.5 degrees.
     """
-    source = _as_far_apart(source, rig)
+    source = _keep_foot_distance(source, rig)
     bends = {side: knee_bend(source, side) for side in SIDES}
     straight = min(
         np.deg2rad(posture.knee), float(np.quantile(np.concatenate(list(bends.values())), 0.05))
@@ -154,7 +154,7 @@ def straightened(
     return out
 
 
-def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
+def _keep_foot_distance(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
     """Turn legs at the hips so that the distance of the feet is kept on the rig's wider or narrower
     hips."""
     across = source["left_hip"] - source["right_hip"]
@@ -181,8 +181,8 @@ def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArr
 
 
 def upright_back(back: FloatArray, pelvis: FloatArray, posture: Posture, rig: Rig) -> FloatArray:
-    """Vectors (T, 3) from hips to shoulders, turned by the rotation from the skeleton's upright
-    back to the rig's; `pelvis` (T, 3, 3) from rest."""
+    """Rotate vectors (T, 3) from hips to shoulders by the rotation from the skeleton's upright back
+    to the rig's; `pelvis` (T, 3, 3) from rest."""
     if posture.lean is None:
         return back
     turn = rotvec_to_rotmat(

@@ -195,7 +195,8 @@ def sole_points(transforms: FloatArray, rig: Rig, side: str) -> FloatArray:
 
 
 def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]:
-    """Bones from `start` (included) to `end` (excluded) down the tree; the root is below -1."""
+    """Return the bones on the way down the tree from `start` (included) to `end` (excluded).
+    Without a start the way begins at the root."""
     if end is None:
         return []
     path: list[int] = []

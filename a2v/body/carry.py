@@ -24,7 +24,7 @@ _HANDS = (PARTS.index("left_hand"), PARTS.index("right_hand"))
 @dataclass(frozen=True, eq=False)
 class _Unknowns:
     """Rotation vectors (B, 3), shape (S,) and translation (3,): float64 leaves; `free` (B, 1) is 0
-    for bones that stay at rest."""
+    for bones that stay at rest, else 1."""
 
     rotvecs: Tensor
     shape: Tensor

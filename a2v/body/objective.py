@@ -363,7 +363,7 @@ class Objective:
     def minimize_angles(
         self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage
     ) -> float:
-        """Lower the objective by only the angles `which` (n,); returns its value."""
+        """Lower the objective by changing only the angles `which` (n,); return its value."""
         import torch
 
         index, others = torch.from_numpy(which), unknowns.angles.detach()

@@ -42,8 +42,8 @@ def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
 
 
 def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
-    """Move the detector's skeleton `points` (33, 3), in our scale, to the landmarks (33, 3):
-    meters, within 5 cm."""
+    """Penalize distances of the landmarks (33, 3) from the detector's `points` (33, 3), both in
+    meters, after a shift that aligns them. The tolerance is 5 cm."""
     difference = landmarks - points
     center = (weights[:, None] * difference).sum(0) / weights.sum()
     square = (difference - center).square().sum(-1)

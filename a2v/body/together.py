@@ -215,13 +215,13 @@ class _Together:
                 for one, own in zip(self.objectives, self.unknowns, strict=True)
                 for value in one.terms(own, stage).values()
             ]
-            return torch.stack(values).sum() + self._alike()
+            return torch.stack(values).sum() + self._pose_differences()
 
         minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
         with torch.no_grad():
             return float(loss())
 
-    def _alike(self) -> Tensor:
+    def _pose_differences(self) -> Tensor:
         """Penalize differences between the poses."""
         pairs = list(combinations(self.unknowns, 2))
         total = sum(

@@ -70,7 +70,8 @@ class Unknowns:
         camera: OrthographicCamera,
         view: View = LEVEL,
     ) -> Unknowns:
-        """From plain numbers; `root` is a rotation vector (3,), `camera` the flat one."""
+        """Make unknowns from arrays. `root` is a rotation vector (3,), `camera` the camera of the
+        flat frame."""
         import torch
 
         def leaf(values: Any) -> Tensor:
@@ -149,9 +150,9 @@ class Unknowns:
     @property
     def distance(self) -> float:
         """The camera's distance, meters; 0 for an orthographic camera."""
-        return float(self._away().detach()) if self.view.distance > 0 else 0.0
+        return float(self._clamped_distance().detach()) if self.view.distance > 0 else 0.0
 
-    def _away(self) -> Tensor:
+    def _clamped_distance(self) -> Tensor:
         """The distance () of a perspective camera, meters, not below `LEAST_DISTANCE`."""
         return self.log_distance.exp().clamp_min(LEAST_DISTANCE)
 
@@ -169,7 +170,7 @@ class Unknowns:
 
     def camera_height(self, ground: Tensor) -> Tensor:
         """Return the height of a perspective camera above y = `ground` (), meters."""
-        return self._aim()[1] + self._away() * self.pitch.tan() - ground
+        return self._aim()[1] + self._clamped_distance() * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:
         """Project points (..., 3) to pixels (..., 2)."""
@@ -179,7 +180,7 @@ class Unknowns:
         if self.view.distance > 0:
             x, y, z = self._aim()
             offset = points[..., 0] - x, points[..., 1] - y, points[..., 2] - z
-            right, up = seen_from(*offset, distance=self._away(), pitch=self.pitch)
+            right, up = seen_from(*offset, distance=self._clamped_distance(), pitch=self.pitch)
             return torch.stack(
                 [self.view.axis[0] + scale * right, self.view.axis[1] - scale * up], dim=-1
             )

@@ -106,12 +106,12 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
     points = np.stack(
         [np.asarray(face, np.float64) for face in faces if face is not None]
     ) * np.array([1.0, -1.0, 1.0])
-    laid = _laid(points[:, basis.steady], basis.rest[basis.steady], points)
+    laid = _aligned(points[:, basis.steady], basis.rest[basis.steady], points)
     neutral = _neutral(laid)
     strengths = _strengths(laid - neutral, basis)
     # after the expressions' moves are removed, all landmarks align the face
     for _ in range(_AGAIN):
-        laid = _laid(points, neutral + np.einsum("tb,bnk->tnk", strengths, basis.moves), points)
+        laid = _aligned(points, neutral + np.einsum("tb,bnk->tnk", strengths, basis.moves), points)
         strengths = _strengths(laid - neutral, basis)
     found = np.zeros((len(faces), len(basis.names)))
     found[seen] = strengths
@@ -126,7 +126,7 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
     }
 
 
-def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray:
+def _aligned(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray:
     """Move, turn and scale points (T, N, 3) as best aligns `own` (T, n, 3) with `target` (n, 3) or
     (T, n, 3) (Umeyama 1991)."""
     target = np.broadcast_to(target, own.shape)

@@ -92,7 +92,7 @@ def follow_person(
     settings = settings or FollowSettings()
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
-        sightings, expected = _seen(reel, tracker, settings, limit, progress)
+        sightings, expected = _sightings(reel, tracker, settings, limit, progress)
     piece = _longest(sightings, reel, settings, tracker)
     own = sightings[piece.first : piece.end]
     assert tracker.shape is not None
@@ -133,7 +133,7 @@ def follow_person(
     )
 
 
-def _seen(
+def _sightings(
     reel: Reel,
     tracker: Tracker,
     settings: FollowSettings,

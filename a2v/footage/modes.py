@@ -118,7 +118,8 @@ def _chosen(
 
 
 def _knees(points: FloatArray, names: tuple[str, str, str]) -> FloatArray:
-    """Return the cost (T, 4) of each state for knees that bend to the front; zero for arms."""
+    """Return the cost (T, 4) of each state by which a knee would bend to the front; zero for
+    arms."""
     if not names[1].endswith("knee"):
         return np.zeros((len(points), 4))
     hip, knee, ankle = (points[:, LANDMARK_INDEX[name]] for name in names)

@@ -228,7 +228,7 @@ class Tracker:
         self.people = max(self.people, len(people))
         if not people:
             return None
-        chosen = self._meant(people, small)
+        chosen = self._selected(people, small)
         if chosen is None:
             return None
         box = _box_of(chosen) / shrink
@@ -242,7 +242,7 @@ class Tracker:
             return _Spotted(closer, square, middle, scale)
         return None
 
-    def _meant(self, people: list[Detection], picture: ByteArray) -> Detection | None:
+    def _selected(self, people: list[Detection], picture: ByteArray) -> Detection | None:
         if self._look is not None and self._box is not None:  # the tracked person
             likely = [
                 (person, _likeness(self._look, _look_of(picture, person.mask))) for person in people

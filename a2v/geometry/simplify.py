@@ -106,9 +106,8 @@ def simplify(
 
 
 def _wedges(faces: IntArray, uv: FloatArray | None) -> IntArray:
-    """Return the number (F, 3) of each corner's pair of vertex and texture coordinates.
-
-    Corners of a vertex with equal texture coordinates share a number.
+    """Number the different pairs of vertex and texture coordinates: return the number (F, 3) of
+    each corner.
     """
     if uv is None:
         return faces.copy()

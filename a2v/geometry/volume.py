@@ -98,8 +98,8 @@ def signed_distance(
 
 
 def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:
-    """Return the distance (nx, ny, nz), meters, from `EXACT` to `band` cells, interpolated from a
-    grid of cells twice as large."""
+    """Return the distance (nx, ny, nz), meters, at nodes between `EXACT` and `band` cells from the
+    surface, interpolated from a grid of cells twice as large."""
     shape = (grid.shape[0] // 2 + 2, grid.shape[1] // 2 + 2, grid.shape[2] // 2 + 2)
     fine = np.abs(
         signed_distance(

@@ -218,8 +218,8 @@ def _without_short(flags: BoolArray, frames: float) -> BoolArray:
 
 
 def runs_of(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
-    """The flags (N, T), the run number of each flagged frame, the runs' lengths, and whether each
-    touches an end."""
+    """Return the flags (N, T), the number of the run of each flagged frame, the lengths of the
+    runs, and which runs touch an end of the clip."""
     begins = flags & ~np.concatenate([np.zeros_like(flags[:, :1]), flags[:, :-1]], axis=1)
     number = np.cumsum(begins.reshape(-1)).reshape(flags.shape)[flags] - 1
     counts = np.bincount(number, minlength=int(begins.sum()))

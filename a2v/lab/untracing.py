@@ -113,7 +113,7 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
 
 @torch.no_grad()
 def calibrate(network: nn.Module, batches: Iterable[Any], forward: Callable[[Any], Any]) -> None:
-    """Set the statistics of normalizations that change nothing to those of their inputs.
+    """Give neutral normalizations the statistics of their inputs.
 
     The network computes the same function.
 

@@ -44,7 +44,7 @@ window still blends from the previous one."""
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _MeasuredConstraint:
     """A constraint, and a function that reads its value from joints (W, J, 3) in the window's axes;
     None if its error is not fed back."""
 
@@ -156,7 +156,7 @@ class DirectionSteerer:
 
     def _soft(
         self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
-    ) -> list[_Asked]:
+    ) -> list[_MeasuredConstraint]:
         """Return the constraints of path and heading, every `ASK_SECONDS` up to the last used
         frame."""
         begin, end = taken
@@ -165,7 +165,7 @@ class DirectionSteerer:
         if not len(asked):
             return []
         at = np.clip(first + asked, 0, None)
-        constraints: list[_Asked] = []
+        constraints: list[_MeasuredConstraint] = []
         if self.way is not None:
             constraints.append(
                 self._placed(
@@ -213,10 +213,10 @@ class DirectionSteerer:
         place: FloatArray,
         yaw: float,
         made: FloatArray | None,
-    ) -> list[_Asked]:
+    ) -> list[_MeasuredConstraint]:
         """Return the constraints of keyframes and held joints within the window's own frames."""
         begin, end = taken
-        found: list[_Asked] = []
+        found: list[_MeasuredConstraint] = []
         back = yaw_to_rotmat(np.array(-yaw))
         for frame, key in self._keys:
             local = np.array([frame - first])
@@ -242,19 +242,21 @@ class DirectionSteerer:
 
     def _placed(
         self, frames: FloatArray, points: FloatArray, place: FloatArray, yaw: float, sigma: float
-    ) -> _Asked:
+    ) -> _MeasuredConstraint:
         """Constrain the root to `points` (F, 2) on the ground."""
         rows, offset = self.reader.root(frames)
         level = np.stack(
             [points[:, 0] - place[0], np.zeros(len(points)), points[:, 1] - place[2]], axis=-1
         )
         value = level @ yaw_to_rotmat(np.array(-yaw)).T
-        return _Asked(
+        return _MeasuredConstraint(
             SoftConstraint.of(rows[:, [0, 2]], offset[:, [0, 2]], value[:, [0, 2]], sigma),
             lambda joints: between_frames(joints[:, 0], frames)[:, [0, 2]],
         )
 
-    def _faced(self, frames: FloatArray, headings: FloatArray, yaw: float, sigma: float) -> _Asked:
+    def _faced(
+        self, frames: FloatArray, headings: FloatArray, yaw: float, sigma: float
+    ) -> _MeasuredConstraint:
         """Constrain the line of the hips to be perpendicular to the `headings` (F,)."""
         skeleton = self.reader.skeleton
         if skeleton.hips is None:
@@ -268,12 +270,12 @@ class DirectionSteerer:
             rows[:, 0, [0, 2]] - rows[:, 1, [0, 2]],
             offset[:, 0, [0, 2]] - offset[:, 1, [0, 2]],
         )
-        return _Asked(
+        return _MeasuredConstraint(
             SoftConstraint.of(rows, offset, side, sigma),
             lambda joints: between_frames(joints[:, left] - joints[:, right], frames)[:, [0, 2]],
         )
 
-    def _posed(self, frames: FloatArray, joints: FloatArray) -> Sequence[_Asked]:
+    def _posed(self, frames: FloatArray, joints: FloatArray) -> Sequence[_MeasuredConstraint]:
         """Constrain the root and all bones to one pose (J, 3), in the window's axes."""
         parents = self.reader.skeleton.parents[1:]
 
@@ -286,11 +288,11 @@ class DirectionSteerer:
 
         root, bone = self.reader.root(frames), self.reader.directions(frames)
         return (
-            _Asked(
+            _MeasuredConstraint(
                 SoftConstraint.of(*root, joints[None, 0], PLACE_SIGMA),
                 lambda made: between_frames(made[:, 0], frames),
             ),
-            _Asked(
+            _MeasuredConstraint(
                 SoftConstraint.of(*bone, bones(joints)[None], POSE_SIGMA),
                 lambda made: between_frames(bones(made), frames),
             ),
@@ -298,7 +300,7 @@ class DirectionSteerer:
 
     def _held(
         self, hold: Hold, frames: FloatArray, place: FloatArray, yaw: float, made: FloatArray | None
-    ) -> _Asked:
+    ) -> _MeasuredConstraint:
         """Constrain a joint to its place. After the first generation the directions of a limb that
         reaches it are constrained."""
         skeleton, back = self.reader.skeleton, yaw_to_rotmat(np.array(-yaw))
@@ -308,7 +310,7 @@ class DirectionSteerer:
         if not hold.body:  # the root moves nearer as well
             to, from_ = self.reader.root(frames)
             value = np.broadcast_to((np.array(hold.at) - place) @ back.T, offset.shape)
-            return _Asked(
+            return _MeasuredConstraint(
                 SoftConstraint.of(rows + to, offset + from_, value, PLACE_SIGMA),
                 lambda joints: between_frames(joints[:, joint], frames),
             )
@@ -319,7 +321,7 @@ class DirectionSteerer:
                 else between_frames(np.unwrap(heading(made, skeleton)), frames) - yaw
             )
             value = np.einsum("fab,b->fa", yaw_to_rotmat(turned), np.array(hold.at))
-            return _Asked(SoftConstraint.of(rows, offset, value, HELD_SIGMA))
+            return _MeasuredConstraint(SoftConstraint.of(rows, offset, value, HELD_SIGMA))
         now = between_frames(made, frames)
         top, middle, end = (now[:, part] for part in limb)
         new_middle, new_end = bend_to(
@@ -330,4 +332,4 @@ class DirectionSteerer:
         rows, offset = (
             part[:, [limb[1] - 1, limb[2] - 1]] for part in self.reader.directions(frames)
         )
-        return _Asked(SoftConstraint.of(rows, offset, unit, HELD_SIGMA))
+        return _MeasuredConstraint(SoftConstraint.of(rows, offset, unit, HELD_SIGMA))

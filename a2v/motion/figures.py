@@ -13,7 +13,7 @@ from a2v.motion.ways import GroundPath, way_along
 
 FIGURE_EIGHT = "Walk a figure eight"
 NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
-"""Seconds that each of these actions takes where no length is given: a figure with circles of about
+"""Seconds of each of these actions if no length is given: the circles of the figure then have about
 1.5 m."""
 
 LEAST_RADIUS = 0.55

@@ -119,8 +119,8 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
         raise InputError(
-            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is not in this range, or is "
-            f"more than {MAX_POSES} poses"
+            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is outside of this range, or "
+            f"has more than {MAX_POSES} poses"
         )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)

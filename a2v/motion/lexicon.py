@@ -259,7 +259,7 @@ def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
             weight *= PLACED
         headed = headed or (stem in vocabulary and "v" in dictionary().get(stem, ""))
         found.append(
-            Word(stem, " ".join(given[begin:end]), sure, weight, placed, _leads(words, begin))
+            Word(stem, " ".join(given[begin:end]), sure, weight, placed, _names_actor(words, begin))
         )
     return found
 
@@ -305,7 +305,7 @@ def _placed(words: Sequence[str], at: int) -> bool:
     return False
 
 
-def _leads(words: Sequence[str], at: int) -> bool:
+def _names_actor(words: Sequence[str], at: int) -> bool:
     """Return whether a word is at the beginning (after articles and adjectives), or follows
     "like"."""
     for word in reversed(words[:at]):

@@ -231,8 +231,8 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
 def _played(
     segment: _Segment, fps: float, seed: int, speed: float, *, ahead: int, lead: int
 ) -> FloatArray:
-    """Joints (T + ahead, J, 3) of a segment on the clips' skeleton, with its continuation; a clip
-    waits for `lead` frames in its first pose."""
+    """Return the joints (T + ahead, J, 3) of a segment and its continuation on the clips' skeleton.
+    A clip of the library holds its first pose for `lead` frames."""
     frames, first = segment.frames + ahead, segment.steps[0]
     if first.source == CLIPS:
         played = play_clip(
@@ -262,11 +262,11 @@ def _played(
 def _fade(end: FloatArray, begin: FloatArray, skeleton: Skeleton, fps: float) -> int:
     """Frames of the blend between two poses (J, 3): longer for more different poses, independent of
     their places."""
-    apart = np.linalg.norm(_at_home(end, skeleton) - _at_home(begin, skeleton), axis=-1).max()
+    apart = np.linalg.norm(_centered(end, skeleton) - _centered(begin, skeleton), axis=-1).max()
     return max(2, round(float(np.interp(apart, [0.15, FAR], FADE_SECONDS)) * fps))
 
 
-def _at_home(pose: FloatArray, skeleton: Skeleton) -> FloatArray:
+def _centered(pose: FloatArray, skeleton: Skeleton) -> FloatArray:
     """Return a pose (J, 3) moved over the origin, with its hips along x."""
     assert skeleton.hips is not None
     across = pose[skeleton.hips[0]] - pose[skeleton.hips[1]]

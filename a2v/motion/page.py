@@ -202,8 +202,8 @@ def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
 
 
 def _feet(model: MotionModel) -> dict[str, Any]:
-    """Settings of `plant.js`: the legs' joints and, by action, the longest time in the air, whether
-    it goes up, and the width of its smoothing."""
+    """Return the settings of `plant.js`: the joints of the legs and, for each action, the longest
+    time in the air, whether the action goes up, and the width of the smoothing."""
     card = model.card
     return {
         "legs": [list(leg) for leg in legs_of(model.skeleton)],

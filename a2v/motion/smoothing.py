@@ -86,7 +86,8 @@ def _bones(joints: FloatArray, parents: IntArray) -> tuple[FloatArray, FloatArra
 
 
 def _joints(vectors: FloatArray, lengths: FloatArray, parents: IntArray) -> FloatArray:
-    """Return the joints of bones along `vectors` with `lengths`; the root is its vector."""
+    """Return the joints at the ends of bones with the directions `vectors` and these `lengths`. The
+    vector of the root is its position."""
     made = np.array(vectors)
     for joint, parent in enumerate(parents.tolist()):
         if parent >= 0:

@@ -257,8 +257,8 @@ class Vocabulary:
         kind: frozenset[str],
         against: float,
     ) -> float:
-        """Return the fraction of the `words` that an action matches by its name, traits and family,
-        over all words of both sides."""
+        """Return the weight of the `words` that match an action's name, traits or family, relative
+        to all words of the prompt and the name."""
         explained, total, told = 0.0, against, False
         for stem, word in words.items():
             weight = ANIMAL if word.leading and stem in self._animals else self.weights[stem]

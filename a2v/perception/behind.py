@@ -214,7 +214,7 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
             [np.bincount(flat, colors[inside][:, c], count) / sizes for c in range(3)], axis=1
         )
         pairs, light, tint = _neighbors(colors, numbers)
-        chroma = _apart(means[pairs[:, 0]], means[pairs[:, 1]])
+        chroma = _chroma_difference(means[pairs[:, 0]], means[pairs[:, 1]])
         alike = ((chroma < _MERGED[0]) & (light < _MERGED[1])) | (
             (tint < _SOFT[0]) & (light < _SOFT[1]) & (chroma < _SOFT[2])
         )
@@ -242,7 +242,7 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
     names = np.unique(numbers[near & (numbers >= 0)])
     means = np.array([colors[numbers == name].mean(axis=0) for name in names]).reshape(-1, 3)
     one, two = np.triu_indices(len(names), 1)
-    same = (_apart(means[one], means[two]) < _PARTED[0]) & (
+    same = (_chroma_difference(means[one], means[two]) < _PARTED[0]) & (
         np.abs(means[one, 0] - means[two, 0]) < _PARTED[1]
     )
     into = np.arange(int(numbers.max()) + 1)
@@ -251,7 +251,7 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
     return _numbered(np.where(numbers >= 0, into[numbers], -1))
 
 
-def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
+def _chroma_difference(one: FloatArray, two: FloatArray) -> FloatArray:
     """Return the difference of chroma (N,) of colors (N, 3), CIELAB.
 
     Within one material, chroma grows with the lightness.
@@ -332,8 +332,8 @@ def fit_shading(
 
 
 def _terms(count: int, size: int) -> list[tuple[int, int]]:
-    """Return the exponents of x and y of the polynomial, of degree 0 to 3, for a region with
-    `count` known of the picture's `size` pixels."""
+    """Return the exponents of x and y of a region's polynomial. Its degree, 0 to 3, grows with the
+    share of the picture that is known to show the region: `count` of `size` pixels."""
     if count < 60:
         degree = 0
     elif count < 0.004 * size:

@@ -62,7 +62,7 @@ def _lines(labels: IntArray, hole: BoolArray) -> list[_Line]:
                 found.append(line)
     kept: list[_Line] = []
     for line in sorted(found, key=lambda one: -one.length):
-        if not any(_same(line, other, 0.012 * longest) for other in kept):
+        if not any(_coincide(line, other, 0.012 * longest) for other in kept):
             kept.append(line)
     return [*kept[:_LINES], *_ends(labels, hole)]
 
@@ -130,7 +130,7 @@ def _fitted(
     return _Line(begin + 0.5, along, length, pair)
 
 
-def _same(line: _Line, other: _Line, gap: float) -> bool:
+def _coincide(line: _Line, other: _Line, gap: float) -> bool:
     """Return whether two lines nearly coincide."""
     if abs(line.along @ other.along) < np.cos(np.radians(4)):
         return False
@@ -194,13 +194,13 @@ def assign_regions(labels: IntArray, hole: BoolArray) -> IntArray:
                 prices[number, a, b] = prices[number, b, a] = _ALONG
         prices[number] *= length
     ends = np.array([key[:2] for key in edges], np.int64).reshape(-1, 2)
-    chosen = _least(rim.sum(axis=1, keepdims=True) - rim, ends, prices)
+    chosen = _cheapest_labels(rim.sum(axis=1, keepdims=True) - rim, ends, prices)
     result = labels.copy()
     result[hole] = known[chosen[cells[hole]]]
     return result
 
 
-def _least(unary: FloatArray, ends: IntArray, prices: FloatArray) -> IntArray:
+def _cheapest_labels(unary: FloatArray, ends: IntArray, prices: FloatArray) -> IntArray:
     """Choose a label for each cell (C,) with a small total cost.
 
     The costs are `unary` (C, L) per cell, and `prices` (E, L, L) per edge between two cells, whose

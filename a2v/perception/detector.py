@@ -276,7 +276,7 @@ class Detector(Solution):
                     if float(tile.std(axis=(0, 1)).max()) < 4:  # sky
                         continue
                     for person in self._search(tile, 2):
-                        whole = self._around(
+                        whole = self._search_around(
                             full,
                             person.scaled(shrink, (left, top), (1, 1)).keypoints[:, :2],
                             back,
@@ -291,7 +291,7 @@ class Detector(Solution):
                             found.append(placed)
         return sorted(found, key=lambda person: -person.area)
 
-    def _around(
+    def _search_around(
         self, full: ByteArray, points: FloatArray, back: float, size: tuple[int, int]
     ) -> Detection | None:
         """Search again around a person that a tile's edge may have cut."""

@@ -124,7 +124,7 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
     if not people:
         raise InputError(NOBODY)
     big = [person for person in people if person.area > 0.15 * people[0].area]
-    number = _meant(
+    number = _selected(
         who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)]
     )
     best = people[number].scaled(scale, (0.0, 0.0), (width, height))
@@ -170,7 +170,7 @@ def _box_of(person: Detection) -> FloatArray:
     )
 
 
-def _meant(who: Who, boxes: list[FloatArray]) -> int:
+def _selected(who: Who, boxes: list[FloatArray]) -> int:
     """Return the number, from 0, of the selected person; `boxes` are those of all people.
 
     Raises

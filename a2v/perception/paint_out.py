@@ -75,7 +75,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
             "the person covers more than nine tenths of the photo, so its background is unknown; "
             "choose a color or the stage"
         )
-    colors, missing = _small(photo, hole, SIDE)
+    colors, missing = _reduced(photo, hole, SIDE)
     shadow, regions = shadow_around(colors, missing, find_regions(colors, missing))
     filled = cv2.cvtColor(fill_by_regions(colors, missing, regions, shadow), cv2.COLOR_Lab2RGB)
     behind = cv2.resize(
@@ -174,7 +174,7 @@ def _without_shadows(
     return result
 
 
-def _small(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:
+def _reduced(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:
     """Return the photo in CIELAB (h, w, 3) and the hole (h, w), with the longer side at most `side`
     pixels."""
     import cv2

@@ -303,8 +303,8 @@ def _integrated(
     *,
     rounds: int,
 ) -> FloatArray:
-    """Return the picture (H, W, 3) whose hole has these differences to the right and below and
-    continues the known pixels.
+    """Return the picture (H, W, 3) with a filled hole. Its pixels have nearly the given differences
+    to the pixel on the right (`across`) and below (`down`), and meet the known pixels.
 
     The sum of the differences' absolute errors is minimized instead of their squares (reweighted in
     `rounds`). So a piece that does not match the rim gives an edge, and its color does not spread

@@ -162,7 +162,7 @@ def _to_srgb(image: PillowImage) -> PillowImage:
     return converted
 
 
-def _depth(highest: float) -> float:
+def _white_value(highest: float) -> float:
     """Return the value of white for whole numbers up to `highest`: that of 8, 16 or 32 bits."""
     return 255.0 if highest <= 255 else 65535.0 if highest <= 65535 else 2147483647.0
 
@@ -175,7 +175,7 @@ def _to_bytes(image: PillowImage) -> ByteArray:
         if image.mode == "F":
             top = 1.0 if values.max(initial=0) <= 1 else 255.0 if values.max() <= 255 else 65535.0
         else:
-            top = _depth(values.max(initial=0)) if image.mode == "I" else 65535.0
+            top = _white_value(values.max(initial=0)) if image.mode == "I" else 65535.0
         gray = (np.clip(values / np.float32(top), 0, 1) * 255 + 0.5).astype(np.uint8)
         return np.repeat(gray[..., None], 3, axis=2)
     alpha = image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info

@@ -50,11 +50,13 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
     lab = np.asarray(
         rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
     )
-    deep = (_away(shown < 0) > _DEEP * scale) & (mask > 0.9)
-    outside = _away(mask > 0.1)
+    deep = (_distance_from(shown < 0) > _DEEP * scale) & (mask > 0.9)
+    outside = _distance_from(mask > 0.1)
     around = (outside > _RIM * scale) & (outside < _NEAR * scale)
     doubtful = (
-        (mask > 0.5) & ~deep & (np.minimum(_away(shown < 0), _away(mask < 0.5)) < _DOUBTFUL * scale)
+        (mask > 0.5)
+        & ~deep
+        & (np.minimum(_distance_from(shown < 0), _distance_from(mask < 0.5)) < _DOUBTFUL * scale)
     )
     result = np.zeros(shown.shape, bool)
     if not (deep.any() and around.any() and doubtful.any()):
@@ -68,7 +70,7 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
     return result
 
 
-def _away(where: BoolArray) -> FloatArray:
+def _distance_from(where: BoolArray) -> FloatArray:
     """Distance (h, w), pixels, from the nearest pixel of `where` (h, w)."""
     import cv2
 

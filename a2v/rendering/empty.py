@@ -110,8 +110,8 @@ def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
 
 
 def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> FloatArray:
-    """Return the factor of the lines on the ground's albedo, (H - top, W), averaged over each
-    pixel."""
+    """Return the factor of the lines on the ground's albedo, averaged over each pixel, for the rows
+    from `top` on: (H - top, W)."""
     import cv2
 
     if not look.is_patterned:

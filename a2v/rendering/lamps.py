@@ -88,7 +88,7 @@ class Lamps:
         import drjit as dr
 
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        way, square, length, here, there = self._toward(which, disk, si, normal)
+        way, square, length, here, there = self._to_lamp(which, disk, si, normal)
         active = active & (here > (0 if made is None else made.least())) & (there > 0)
         ray = si.spawn_ray(way)
         if made is not None:
@@ -103,11 +103,11 @@ class Lamps:
             else (light * made.falloff(here), light * made.gloss(way, here))
         )
 
-    def _toward(
+    def _to_lamp(
         self, which: int, disk: Any, si: Any, normal: Any
     ) -> tuple[Any, Any, Any, Any, Any]:
-        """Return the direction from hits to points of the unit `disk` on a lamp, the squared and
-        the plain distance, and the cosines at the hit and at the lamp."""
+        """Return the direction from hits to points on a lamp, given by points of the unit `disk`;
+        the squared distance and the distance; and the cosines at the hit and at the lamp."""
         import drjit as dr
 
         way = (
@@ -139,7 +139,7 @@ class Lamps:
         light, reach = self.sky(way), self.mi.Float(1e5)
         total = light
         for which in (0, 1):
-            toward, square, length, here, there = self._toward(which, disk, si, normal)
+            toward, square, length, here, there = self._to_lamp(which, disk, si, normal)
             given = dr.select(
                 (here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0
             )

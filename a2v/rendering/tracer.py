@@ -146,7 +146,7 @@ class Tracer:
         """
 
         def light(lanes: Lanes) -> list[Any]:
-            return self._under(
+            return self._ground_light(
                 lanes.ray(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
@@ -232,7 +232,7 @@ class Tracer:
             ]
         return sums
 
-    def _under(self, ray: Any, draws: Draws, lamps: Lamps) -> list[Any]:
+    def _ground_light(self, ray: Any, draws: Draws, lamps: Lamps) -> list[Any]:
         """Return the irradiance over pi (3) where rays meet the plane of the ground, NaN
         elsewhere."""
         import drjit as dr
@@ -281,7 +281,7 @@ class Tracer:
         free = hit & ~met.is_valid()
         light = dr.select(free, lamps.sky(bounce.d), 0.0)
         if self._settings.bounces > 1:
-            second, other, facing, struck = self._struck(met, bounce, hit)
+            second, other, facing, struck = self._on_person_or_ground(met, bounce, hit)
             light += dr.select(
                 struck, other * lamps.any(self._scene, second, facing, draws.next(), struck), 0.0
             )
@@ -305,7 +305,7 @@ class Tracer:
         seen_behind = dr.dot(si.sh_frame.n, ray.d) > 0
         return si, albedo, mi.Vector3f(si.sh_frame.n) * dr.select(seen_behind, -1.0, 1.0)
 
-    def _struck(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any, Any]:
+    def _on_person_or_ground(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any, Any]:
         """`_on_person` for rays that met the person or the ground, and whether they did. Lamps
         reflect nothing."""
         import drjit as dr

@@ -224,11 +224,11 @@ def _inputs(kind: Kind, recorded: bool, several: bool) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Digest:
-    """The part of a parameter in keys and names.
+    """The hash and the text of a parameter, for keys and names.
 
     Attributes
     ----------
-    value : the parameter itself, so that its `id` stays its own
+    value : the parameter; while it is kept, no other object gets its `id`
     hash : str
     text : str
     """

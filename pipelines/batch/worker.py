@@ -49,7 +49,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         if (known := recall(task, store)) is not None:
             return known
         given: dict[str, Any] = {
-            name: _here(value, task, store) if isinstance(value, File) else value
+            name: _local_file(value, task, store) if isinstance(value, File) else value
             for name, value in task.parameters.items()
         }
         with contextlib.redirect_stdout(io.StringIO()):  # The engine's text about errors.
@@ -145,7 +145,7 @@ def own_likeness() -> Mapping[str, str]:
     }
 
 
-def _here(file: File, task: Task, store: Store) -> File:
+def _local_file(file: File, task: Task, store: Store) -> File:
     """Return a file on this machine: at its own path, a shipped weight, or in the store."""
     from pipelines.nodes.values import Blob
 

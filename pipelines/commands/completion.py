@@ -61,7 +61,7 @@ def command_line() -> argparse.ArgumentParser:
 
 
 def _parts(name: str) -> Mapping[str, ModuleType]:
-    """Return the commands ``name part`` by part."""
+    """Return the subcommands of a command (``name part``), keyed by the name of the part."""
     return {
         own.removeprefix(f"{name} "): load_command(own)
         for own in every_command()

@@ -73,9 +73,9 @@ def run(options: Options) -> Answer:
     if not 0 <= options.vmc <= 65535:
         raise InputError(f"vmc is {options.vmc}; expected a port, 1 to 65535, or 0 for none")
     keep_files_private()  # Only the user may read photos, videos and the token.
-    folder = _private(options.folder)
+    folder = _private_folder(options.folder)
     Store(options.cache).prepare()
-    with _only_one(folder), _listening(options.port) as listener:
+    with _lock_folder(folder), _listening(options.port) as listener:
         from pipelines.serve.app import make_app
         from pipelines.serve.desk import Desk
         from pipelines.serve.live import Live
@@ -164,7 +164,7 @@ def drive() -> None:
     main(find)
 
 
-def _private(asked: str | None) -> Path:
+def _private_folder(asked: str | None) -> Path:
     """Return the folder of the page after a check that it can be written.
 
     Raises
@@ -181,7 +181,7 @@ def _private(asked: str | None) -> Path:
 
 
 @contextlib.contextmanager
-def _only_one(folder: Path) -> Iterator[None]:
+def _lock_folder(folder: Path) -> Iterator[None]:
     """Lock the folder, since two servers would run every job twice."""
     with open(folder / "lock", "a", encoding="utf-8") as stream:
         if not lock(stream.fileno()):

@@ -85,7 +85,7 @@ class Sources:
             self._own[label] = _statements(
                 Path(file).read_text(encoding="utf-8"), ".".join(Path(label).parent.parts)
             )
-        text, uses = _reach(self._own[label], name)
+        text, uses = _reachable(self._own[label], name)
         parts = {label: _digest(text.encode()), **self._data_named(text, label)}
         left, seen = (
             [module for one, attributes in uses for module in self._definers(one, attributes)],
@@ -259,7 +259,7 @@ def _statements(text: str, package: str) -> list[_Statement]:
     return found
 
 
-def _reach(
+def _reachable(
     statements: Iterable[_Statement], name: str
 ) -> tuple[str, list[tuple[Import, set[str] | None]]]:
     """Return the source of a top-level name and of everything in its module that it uses.

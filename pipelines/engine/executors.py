@@ -77,7 +77,7 @@ class RayExecutor(Executor):
             )
             with (
                 safe_children(),
-                _elsewhere(),
+                _in_program_folder(),
             ):  # Workers import from the folder in which Ray starts.
                 ray.init(address=address, log_to_driver=False, **local)
         self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
@@ -94,7 +94,7 @@ class RayExecutor(Executor):
 
 
 @contextlib.contextmanager
-def _elsewhere() -> Iterator[None]:
+def _in_program_folder() -> Iterator[None]:
     """Work in the folder of this program, whose modules are found without it."""
     before = Path.cwd()
     os.chdir(top_folder())

@@ -70,7 +70,7 @@ def forget(
     store : the store; of one with an object store behind it, what this machine's folder has a
     record of is removed there too
     values : of the photo, its mask, its keypoints; they need not be there
-    keep : values that stay though no call names them, such as photos that wait
+    keep : values that stay although no call names them, such as waiting photos
     idle : seconds; other values that no call names stay if they were used within this time, since a
         run may be about to name them
 

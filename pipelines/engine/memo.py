@@ -128,7 +128,8 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
 
 class Bound:
-    """A node with what it needs in any process: store, event folder, digest of the code."""
+    """A node together with the store, the event folder and the digest of its code, which it needs
+    in any process."""
 
     def __init__(
         self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False

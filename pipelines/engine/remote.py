@@ -85,7 +85,7 @@ class Remote:
 
     def exists(self, key: str) -> bool:
         """Return whether an object exists."""
-        return self._again(lambda files, root: bool(files.exists(f"{root}/{key}")))
+        return self._retried(lambda files, root: bool(files.exists(f"{root}/{key}")))
 
     def fetch(self, key: str) -> bytes | None:
         """Return the bytes of an object, or None if it does not exist."""
@@ -96,7 +96,7 @@ class Remote:
             except FileNotFoundError:
                 return None
 
-        return self._again(read)
+        return self._retried(read)
 
     def put(self, key: str, data: bytes) -> None:
         """Write an object; it replaces an existing one."""
@@ -113,7 +113,7 @@ class Remote:
             files.pipe_file(temporary, data)
             files.mv(temporary, path)
 
-        self._again(write)
+        self._retried(write)
 
     def remove(self, key: str) -> None:
         """Remove an object if it exists."""
@@ -124,9 +124,9 @@ class Remote:
             except FileNotFoundError:
                 return
 
-        self._again(drop)
+        self._retried(drop)
 
-    def _again(self, work: Callable[[Any, str], T]) -> T:
+    def _retried(self, work: Callable[[Any, str], T]) -> T:
         """Do `work`, and repeat it after a failure that may be temporary.
 
         Raises
@@ -145,8 +145,8 @@ class Remote:
             except Exception as error:  # plug-ins raise their own errors besides OSError
                 if attempt == ATTEMPTS - 1:
                     raise A2VError(
-                        f"the store {self.url} fails ({shorten(error, 120)}); what was finished is "
-                        "remembered, repeat the command when it answers"
+                        f"the store {self.url} fails ({shorten(error, 120)}); finished results are "
+                        "kept: repeat the command when it answers"
                     ) from error
                 time.sleep(FIRST_WAIT * 2**attempt)
         raise AssertionError

@@ -143,7 +143,7 @@ def run(
         with watching(monitor):
             for last in (*[False] * (ATTEMPTS - 1), True):
                 with (
-                    _again(last),
+                    _tolerate_loss(last),
                     open_executor(executor, workers=workers, address=address) as pool,
                 ):
                     done = dict[str, Any]()  # no later part of the run computes these again
@@ -178,7 +178,7 @@ Early = Mapping[str, Callable[[Outcome], None]]
 
 
 @contextlib.contextmanager
-def _again(last: bool) -> Iterator[None]:
+def _tolerate_loss(last: bool) -> Iterator[None]:
     """Ignore a dead worker or a lost value, unless this is the `last` attempt."""
     try:
         yield

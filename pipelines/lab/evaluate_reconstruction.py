@@ -139,7 +139,7 @@ def run(options: Options) -> Answer:
     return table_result(out, written, content)
 
 
-def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
+def _turned_photo(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
     """Return another photo of a pin's person, turned by a number of degrees."""
     return open_case(studio, pin, measured.cases, turn=turn)
 
@@ -157,7 +157,7 @@ def _measure(
                 method for method in methods if outcome is None or method.name not in outcome.scores
             ]
             if missing:
-                again = functools.partial(_again, studio, pin, measured)
+                again = functools.partial(_turned_photo, studio, pin, measured)
                 result = evaluate_case(
                     open_case(studio, pin, measured.cases), missing, protocol, again
                 )

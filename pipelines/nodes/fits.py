@@ -1,6 +1,7 @@
 """The body fitted to one of several photos.
 
-It is apart from `values`: frames depend on those, and not on how bodies are fitted.
+This module is separate from `values`, because the results of frames depend on all code in `values`,
+but not on the fits of bodies.
 """
 
 from __future__ import annotations

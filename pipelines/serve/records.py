@@ -340,14 +340,14 @@ class Library:
         )
         self._unwritten.pop(item.id, None)
         (self.photos if isinstance(item, Photo) else self.jobs).pop(item.id, None)
-        return [*left, self._aside(self.place(item))]
+        return [*left, self._move_to_removed(self.place(item))]
 
     def remove_damaged(self) -> list[Path]:
         """Remove all records that cannot be read; return the folders to delete."""
         damaged, self.damaged = self.damaged, []
-        return [self._aside(folder) for folder in damaged]
+        return [self._move_to_removed(folder) for folder in damaged]
 
-    def _aside(self, folder: Path) -> Path:
+    def _move_to_removed(self, folder: Path) -> Path:
         """Move a folder to ``removed/`` and return its path; on failure return the old path."""
         target = self.folder / "removed" / secrets.token_hex(8)
         with contextlib.suppress(OSError):

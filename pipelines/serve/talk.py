@@ -56,21 +56,21 @@ def answer(work: Work) -> None:
             if (done := work(task, tell)) is not None:
                 tell({"done": done})
         except A2VError as error:
-            tell({"problem": _without(str(error), own)})
+            tell({"problem": _without_paths(str(error), own)})
         except MemoryError:
             tell({"problem": "the computation ran out of memory; use a smaller picture"})
         except Exception as error:
             traceback.print_exc()
             tell(
                 {
-                    "problem": _without(
+                    "problem": _without_paths(
                         f"a defect of a2v: {type(error).__name__}: {error}"[:500], own
                     )
                 }
             )
 
 
-def _without(text: str, paths: tuple[str, ...]) -> str:
+def _without_paths(text: str, paths: tuple[str, ...]) -> str:
     """Return a message for the page without internal file names."""
     for path in paths:
         if path:

@@ -48,14 +48,14 @@ def protocol(token: str) -> type[H11Protocol]:
                 oldest.transport.abort()
 
         def connection_lost(self, exc: Exception | None) -> None:
-            self._asked()
+            self._cancel_deadline()
             strangers.pop(self, None)
             super().connection_lost(exc)
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
             if self.scope is not None and self._deadline is not None:
-                self._asked()
+                self._cancel_deadline()
                 if self.scope["path"].startswith(path):
                     strangers.pop(self, None)
 
@@ -65,7 +65,7 @@ def protocol(token: str) -> type[H11Protocol]:
             if not self.transport.is_closing() and self.scope is None:
                 self._deadline = self.loop.call_later(HEADER_SECONDS, self._hang_up)
 
-        def _asked(self) -> None:
+        def _cancel_deadline(self) -> None:
             if self._deadline is not None:
                 self._deadline.cancel()
                 self._deadline = None

@@ -255,13 +255,15 @@ def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
     return list(plan.steps), list(plan.matches)
 
 
-def _turn(name: str) -> int:
+def _gallery_place(name: str) -> int:
     """Return the place of an action in the gallery; the most common actions come first."""
     return FIRST.index(name) if name in FIRST else len(FIRST)
 
 
 def choices() -> dict[str, Any]:
     """Return the choices of the page: models with their actions, views, and limits of numbers."""
-    models = [{"name": name, "actions": sorted(actions_of(name), key=_turn)} for name in MODELS]
+    models = [
+        {"name": name, "actions": sorted(actions_of(name), key=_gallery_place)} for name in MODELS
+    ]
     limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
     return {"models": models, "views": ALL_VIEWS, "limits": limits}

@@ -41,7 +41,7 @@ def test_nothing_to_paint_and_nothing_to_paint_with():
     np.testing.assert_array_equal(paint_out(photo, np.zeros(photo.shape[:2])), photo)
     with pytest.raises(InputError, match="nine tenths"):
         paint_out(photo, np.ones(photo.shape[:2]))
-    with pytest.raises(InputError, match="one size"):
+    with pytest.raises(InputError, match="the same size"):
         paint_out(photo, np.ones((3, 4)))
 
 

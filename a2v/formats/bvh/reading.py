@@ -128,9 +128,9 @@ class _Tree:
 
 @dataclass(frozen=True, kw_only=True)
 class _Posed:
-    """The file's N nodes over time: `local` (T, N, 3) places beside the parent in the file's axes
-    and units, `world` (T, N, 3) places in meters and `rotmats` (T, N, 3, 3) rotations, both y
-    up."""
+    """The file's N nodes over time: `local` (T, N, 3) positions relative to the parent in the
+    file's axes and units, `world` (T, N, 3) positions in meters, and `rotmats` (T, N, 3, 3)
+    rotations, both y up."""
 
     local: FloatArray
     world: FloatArray

@@ -89,7 +89,7 @@ def read_person(path: str | os.PathLike[str]) -> Person:
             f"{', '.join(name for name in names[:6] if name) or 'its nodes'}..."
         )
     if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
-        raise file.fail("has nodes at places that are no numbers, or far away")
+        raise file.fail("has node positions that are not finite, or too large")
     turns = _decomposed(file, world[list(nodes)])
     turn, unit = _placed(file, found, world[list(nodes)][:, :3, 3])
     rest = np.tile(np.eye(4), (len(nodes), 1, 1))
@@ -139,7 +139,7 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
     tree = copy.deepcopy(file.json)
     buffers = file.items("buffers")
     if len(buffers) != 1 or "uri" in buffers[0]:
-        raise file.fail("keeps its numbers outside of the file, or in several buffers")
+        raise file.fail("stores its arrays outside of the file, or in several buffers")
     document = Document("")
     document.blob = bytearray(file.binary)
     document.json = tree
@@ -314,7 +314,7 @@ def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[Fl
     )
     size = float(np.linalg.norm(up))
     if size < 1e-9 or up[1] < 0.7 * size or np.hypot(across[0], across[2]) < 1e-6 * size:
-        raise file.fail("has a person that does not stand upright along y where no animation plays")
+        raise file.fail("has a person that does not stand upright along y in its rest pose")
     yaw = float(np.arctan2(across[2], across[0]))
     turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
     legs = [

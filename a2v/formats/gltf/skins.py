@@ -57,7 +57,7 @@ def read_skin(
         raise file.fail("has no skinned mesh")
     every = np.concatenate(points)
     if not np.isfinite(every).all() or np.abs(every).max() > 1e6:
-        raise file.fail("has vertices at places that are no numbers, or far away")
+        raise file.fail("has vertex positions that are not finite, or too large")
     return every, np.concatenate(faces).astype(np.int32), np.concatenate(weights)
 
 
@@ -80,7 +80,7 @@ def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
     )
     used = indices[: len(indices) // 3 * 3].astype(np.int64)
     if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
-        raise file.fail("has triangles with vertices that it has not")
+        raise file.fail("has triangles that refer to missing vertices")
     return used.reshape(-1, 3)
 
 
@@ -98,14 +98,14 @@ def _posed(
         or len(joints) != len(vertices)
         or joints.shape[1] != 4
     ):
-        raise file.fail("has a skinned mesh whose places, joints and weights do not fit together")
+        raise file.fail("has a skinned mesh whose positions, joints and weights differ in number")
     vertices, joints, weights = (
         vertices.astype(np.float64),
         joints.astype(np.int64),
         weights.astype(np.float64),
     )
     if joints.size and not 0 <= int(joints.min()) <= int(joints.max()) < len(matrices):
-        raise file.fail("has vertices that follow joints that the skin has not")
+        raise file.fail("has vertices that follow joints missing in the skin")
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 1e-6, weights / np.maximum(total, 1e-6), [1.0, 0.0, 0.0, 0.0])
     made = np.zeros((len(vertices), 3))

@@ -105,8 +105,8 @@ def _chain_places(points: FloatArray) -> FloatArray:
 def _chain_weights(
     points: FloatArray, places: FloatArray, bones: IntArray, hips: int
 ) -> tuple[FloatArray, IntArray]:
-    """Return weights and bones (n, 4) of the skirt: two neighboring chains and two neighboring
-    joints, and the hips at the top."""
+    """Return weights and bones (n, 4) of the skirt's vertices. Each follows two joints on each of
+    its two nearest chains; at the top, vertices follow the hips."""
     top, low = float(places[0, 0, 1]), float(places[0, -1, 1])
     down = (top - points[:, 1]) / (top - low) * JOINTS
     along = around(points - points.mean(axis=0), CHAINS)

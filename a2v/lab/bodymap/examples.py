@@ -87,7 +87,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
     picture, mask = (
         (on_gray(picture, mask), mask)
         if generator is None
-        else _changed(picture, mask, view.things, generator)
+        else _augmented(picture, mask, view.things, generator)
     )
     inside = ((points[:, :2] > 0.01) & (points[:, :2] < 0.99)).all(axis=1)
     depths = np.stack([view.front, view.back]).astype(np.float32) - hips
@@ -117,7 +117,7 @@ def mirrored(example: Example) -> Example:
     )
 
 
-def _changed(
+def _augmented(
     picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Augment a picture (256, 256, 3) and its mask (256, 256).

@@ -1,4 +1,4 @@
-"""Measures of how well a retargeted clip keeps the motion and the ground."""
+"""Measure how closely a retargeted clip follows the motion, and its contact with the ground."""
 
 from __future__ import annotations
 

@@ -171,19 +171,20 @@ def _score(
     frames = round(seconds * dataset.fps)
     usual = int(np.median([len(dataset.joints[index]) for index in own]))
     length = max(min(frames, usual, dataset.length), 2)
-    one = dataset.subset(_different(dataset, own, length)[:RECORDINGS])
+    one = dataset.subset(_without_copies(dataset, own, length)[:RECORDINGS])
     real = [
         _middle(resample_motion(one.motion(index), FPS).joints, round(seconds * FPS))
         for index in range(len(one))
     ]
     unit = np.float32(dataset.frame.meters_per_unit)
-    windows = np.stack([_at(clip, length, dataset.fps) for clip in made]) / unit
+    windows = np.stack([_resampled(clip, length, dataset.fps) for clip in made]) / unit
     spread = alike = None
     if len(one) > 1:
         taken = ClipSampler(one, length).windows(np.arange(len(one)), np.random.default_rng(0))
-        begun = np.stack([_begun(clip, length, dataset) for clip in one.joints])
+        begun = np.stack([_without_rest(clip, length, dataset) for clip in one.joints])
         spread, alike = (
-            _apart(windows, dataset.skeleton) / max(_apart(real_windows, dataset.skeleton), 1e-9)
+            _median_distance(windows, dataset.skeleton)
+            / max(_median_distance(real_windows, dataset.skeleton), 1e-9)
             for real_windows in (taken, begun)
         )
     nearest, _ = repetition(windows, list(one.joints), dataset.skeleton)
@@ -198,7 +199,7 @@ def _score(
     )
 
 
-def _different(dataset: ActionDataset, own: np.ndarray, length: int) -> list[int]:
+def _without_copies(dataset: ActionDataset, own: np.ndarray, length: int) -> list[int]:
     """Return the clips `own` without copies of earlier ones."""
     first = aligned_windows(
         np.stack([_first(dataset.joints[index], length) for index in own]), dataset.skeleton
@@ -222,7 +223,7 @@ def _first(clip: FloatArray, length: int) -> FloatArray:
     return padded
 
 
-def _begun(clip: FloatArray, length: int, dataset: ActionDataset) -> FloatArray:
+def _without_rest(clip: FloatArray, length: int, dataset: ActionDataset) -> FloatArray:
     """The first `length` frames (length, J, 3) of a recording without the time in which the person
     stands (`a2v.motion.beginnings.rests`)."""
     joints = clip[None] * np.float32(dataset.frame.meters_per_unit)
@@ -230,7 +231,7 @@ def _begun(clip: FloatArray, length: int, dataset: ActionDataset) -> FloatArray:
     return _first(clip[min(skip, len(clip) - 2) :], length)
 
 
-def _at(motion: Motion, length: int, fps: float) -> FloatArray:
+def _resampled(motion: Motion, length: int, fps: float) -> FloatArray:
     """The first `length` frames (length, J, 3) of a clip at `fps`, by linear interpolation."""
     at = np.minimum(np.arange(length) * (motion.fps / fps), motion.frames - 1)
     first = np.minimum(at.astype(np.int64), motion.frames - 2)
@@ -241,7 +242,7 @@ def _at(motion: Motion, length: int, fps: float) -> FloatArray:
     return found
 
 
-def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
+def _median_distance(windows: FloatArray, skeleton: Skeleton) -> float:
     """Return the median distance between windows (N, T, J, 3): root mean square over joints.
 
     The windows are compared with their first roots at the origin, facing +z.

@@ -166,8 +166,8 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
         )
     if content.get("survey") != key["survey"]:
         raise InputError(
-            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key "
-            f"is of {key['survey']}"
+            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key belongs to the "
+            f"survey {key['survey']}"
         )
     participant, answers = content.get("participant"), content.get("answers")
     if (

@@ -64,8 +64,8 @@ class Warp:
         return out.reshape(size, size, 3)
 
     def _colors(self, points: FloatArray) -> tuple[ByteArray, np.ndarray]:
-        """Colors (N, 3) of the photo at points (N, 3) of its body, and whether it saw them
-        (N,)."""
+        """Return the colors (N, 3) of the photo at points (N, 3) of its body, and which points (N,)
+        the photo shows."""
         pixels = self._camera.project(points)
         height, width = self._depth.shape
         u, v = (

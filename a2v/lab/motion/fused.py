@@ -59,8 +59,8 @@ def from_root(weight: Tensor) -> Tensor:
 
 
 def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
-    """Return `entry` for the absolute previous pose; its first columns are for
-    `VAESettings.feedback` of it."""
+    """Convert `entry`, whose first columns take the `VAESettings.feedback` of the previous pose, to
+    take the absolute pose."""
     if not decoder.settings.relative:
         return entry
     size = 3 * decoder.skeleton.n_joints

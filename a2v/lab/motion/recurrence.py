@@ -220,7 +220,7 @@ class RollOut:
         """
         low, high = self.layers
         total = joints.transpose(0, 1).flatten(2).contiguous()
-        self._way_back()
+        self._prepare_backward()
         for t in range(self.frames - 1, -1, -1):
             outputs, fed = self._decode_back(
                 t, total[t], None if velocity is None else velocity[:, t]
@@ -233,7 +233,7 @@ class RollOut:
                     total[t - 1] += fed
         return _points(total.transpose(0, 1))
 
-    def _way_back(self) -> None:
+    def _prepare_backward(self) -> None:
         """Prepare the parts of the backward pass that are known for all frames in advance."""
         if not self.kept:
             return

@@ -69,7 +69,7 @@ class Converted:
 
     @property
     def features(self) -> int:
-        """Side of the first map that the part "points" takes."""
+        """Side of the first input map of the part "points", pixels."""
         return int(self._session().get_inputs()[0].shape[1])
 
     def at(self, points: FloatArray, **maps: FloatArray) -> FloatArray:

@@ -141,10 +141,10 @@ def disturb(
     number = {name: index for index, name in enumerate(avatar.bone_names)}
     right = np.cross([0.0, 1.0, 0.0], view)
     right /= max(float(np.linalg.norm(right)), 1e-9)
-    lean = _rotmat_of_degrees(errors.lean * _heavy(generator) * right)
+    lean = _rotmat_of_degrees(errors.lean * _heavy_tailed(generator) * right)
     trunk = heads[number["Neck"]] - heads[number["Hips"]]
     heading = _rotmat_of_degrees(
-        errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9)
+        errors.heading * _heavy_tailed(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9)
     )
     error = np.tile(np.eye(3), (len(rest), 1, 1))
     result = transforms.astype(np.float64)
@@ -234,7 +234,7 @@ def _segment_error(
     tilt = np.arcsin(
         np.clip(along @ view / length, -1, 1)
     )  # out of the image plane, toward the camera
-    proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(
+    proposed = np.array([_heavy_tailed(generator) for _ in range(12)]) * np.radians(
         getattr(errors, f"depth_{kind}")
     )
     if kind in ("arms", "hands"):
@@ -256,14 +256,16 @@ def _segment_error(
         if errors.looks > 0
         else 0.0
     )
-    beside = plane * _heavy(generator) + np.clip(correction, -8, 8)
-    twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy(generator)
+    beside = plane * _heavy_tailed(generator) + np.clip(correction, -8, 8)
+    twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy_tailed(
+        generator
+    )
     return _rotmat_of_degrees(np.degrees(depth) * across + beside * view) @ _rotmat_of_degrees(
         twist * along / length
     )
 
 
-def _heavy(generator: np.random.Generator) -> float:
+def _heavy_tailed(generator: np.random.Generator) -> float:
     """Draw a number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5
     degrees of freedom), within 3.5."""
     return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))

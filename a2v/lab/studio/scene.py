@@ -194,7 +194,7 @@ def draw_scene(
     origin = np.append(setting.middle, held[:, 2].mean())
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
     vertices = (factor * (placed.seen - origin)).astype(np.float32)
-    made = {"avatar": plain.name, "pose": name, **_told(placed.frame, origin, factor)}
+    made = {"avatar": plain.name, "pose": name, **_camera_facts(placed.frame, origin, factor)}
     scene = Scene(
         surface=_textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made),
         parts=plain.parts,
@@ -226,7 +226,7 @@ def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) 
     )
 
 
-def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
+def _camera_facts(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
     """Return the camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
     `factor` meters."""
     aim = (-factor * origin).tolist()

@@ -55,7 +55,8 @@ class StudioSettings:
         Share of samples farther from the surface; the rest is uniform in the person's box with a
         margin of 10 cm.
     same_avatar : int
-        Number of successive views of one avatar. Fewer readings of avatars save time.
+        Number of successive views of one avatar. A larger number saves time, since the avatar is
+        read once for them.
     things : float
         Share of people who hold something in their hands.
     furniture : float

@@ -64,7 +64,7 @@ def _arm(
     return arm_towards(side, sign, first, last)
 
 
-def _either(generator: np.random.Generator) -> tuple[tuple[str, float], tuple[str, float]]:
+def _both_sides(generator: np.random.Generator) -> tuple[tuple[str, float], tuple[str, float]]:
     """Return both sides, in random order."""
     return SIDES if generator.random() < 0.5 else SIDES[::-1]
 
@@ -85,7 +85,7 @@ def _profile(generator: np.random.Generator) -> tuple[Pose, float]:
 def _run(generator: np.random.Generator) -> tuple[Pose, float]:
     lean = generator.uniform(5, 22)
     pose = _trunk(generator, lean, 14)
-    (front, first), (rear, second) = _either(generator)
+    (front, first), (rear, second) = _both_sides(generator)
     pose |= _leg(front, first, thigh=generator.uniform(40, 85), knee=generator.uniform(50, 115))
     pose |= _leg(
         rear,
@@ -109,7 +109,7 @@ def _run(generator: np.random.Generator) -> tuple[Pose, float]:
 
 def _kick(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = _trunk(generator, -generator.uniform(0, 18), 14)
-    (kicking, first), (other, second) = _either(generator)
+    (kicking, first), (other, second) = _both_sides(generator)
     high = generator.uniform(45, 100)
     pose |= _leg(
         kicking,

@@ -189,7 +189,7 @@ class Studio:
                 draw,
                 again=(
                     turn,
-                    np.random.default_rng([*self._again(split, index, turn), Stream.AGAIN]),
+                    np.random.default_rng([*self._seed_of(split, index, turn), Stream.AGAIN]),
                 ),
             )
         if self.settings.surrounds:
@@ -208,7 +208,7 @@ class Studio:
             self._faces[path.stem] = sort_faces(prepared.avatar)
         return draw(Dressed(prepared, self._faces[path.stem], self._guide(path.stem)), poses)
 
-    def _again(self, split: str, index: int, turn: float) -> list[int]:
+    def _seed_of(self, split: str, index: int, turn: float) -> list[int]:
         """Return the first numbers of the seed of a view, or of another photo of its person."""
         first = [self.settings.seed, SPLITS.index(split), index]
         return [*first, 1 + round(turn) % 360] if turn else first
@@ -269,7 +269,7 @@ class Studio:
 
     def _chance(self, split: str, index: int, scene: Scene) -> np.random.Generator:
         """Return the generator of a scene's photo."""
-        return np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
+        return np.random.default_rng([*self._seed_of(split, index, scene.turn), Stream.PHOTO])
 
     def view(self, split: str, index: int, scene: Scene | None = None) -> View:
         """Make view `index` of a split; the same settings, split and index give the same view.

@@ -64,7 +64,7 @@ def framed(view: View, guide_faces: IntArray) -> View:
         maps[f"guide_normals_{side}"] = np.rint(127 * normals)
     kept: dict[str, Any] = {}
     for names in (_IN_SPACE, _ON_SURFACE):
-        asked = _asked(view, shown, frame.camera, getattr(view, names[0]))
+        asked = _are_shown(view, shown, frame.camera, getattr(view, names[0]))
         kept |= {name: getattr(view, name)[asked] for name in names}
     return dataclasses.replace(
         view, encoded=encode_pictures(frame.image, _QUALITY, maps), camera=frame.camera, **kept
@@ -92,7 +92,7 @@ def _part(
     )
 
 
-def _asked(
+def _are_shown(
     view: View, shown: BoolArray, camera: OrthographicCamera, points: FloatArray
 ) -> BoolArray:
     """Return which points (N, 3) lie in the frame of `camera` and at `shown` (512, 512) pixels of

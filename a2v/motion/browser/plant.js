@@ -81,7 +81,7 @@ const makeFeet = about => {
     return made;
   }
 
-  // what the lowest joint keeps above the ground for so many seconds is taken off
+  // a height of the lowest joint above the ground that lasts for this number of seconds is removed
   function settle(clip, seconds) {
     const frames = clip[0][0].length, heights = clip.map(joint => joint[1]), off = heights.map(() => 0);
     if (legs.length === 2) for (const part of [2, 3]) {

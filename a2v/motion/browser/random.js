@@ -57,7 +57,7 @@ const normalNoise = (() => {
   width[0] = base / 2 ** 23;
   height[0] = 1;
 
-  // a function that gives so many of the seed's numbers, call after call
+  // a function that returns the requested number of the seed's random numbers, call after call
   return seed => {
     const word = words32(seed), share = () => (word() >>> 8) / 2 ** 24;
     const one = () => {

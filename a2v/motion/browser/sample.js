@@ -11,7 +11,7 @@ const makeSampler = (session, meta) => {
   };
   const evenly = x => { const near = Math.round(x); return near - x === 0.5 && near % 2 ? near - 1 : near; };  // as Python rounds halves
 
-  // whole windows, each of which goes on from the last frames of the one before
+  // whole windows; each continues the last frames of the previous one
   async function windows(labels, draw, guidance) {
     const given = meta.context_frames, joints = new Float32Array(labels.length * row);
     let done = 0;

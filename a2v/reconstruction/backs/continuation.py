@@ -165,7 +165,7 @@ def continue_photo(
     # another limb, or another material, in front tints the expected color
     other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
     doubtful = (
-        _before(exemplar, vertices[shown])
+        _behind_print(exemplar, vertices[shown])
         | other_before
         | strange
         | strange[np.where(twins, seen.twin, seen.front)]
@@ -190,7 +190,7 @@ def continue_photo(
     )
 
 
-def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
+def _behind_print(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
     """Return whether a print lies right in front of each vertex (V,)."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.prints.shape

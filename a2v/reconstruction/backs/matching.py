@@ -71,7 +71,7 @@ def match_surface(
     for kind in range(1, len(usable)):
         usable[kind] = (exemplar.sources & (exemplar.labels == kind)).sum() > 60
     wanted = ~known & usable[labels]
-    order = _from_known(vertices, known & (labels > 0), wanted)
+    order = _matching_order(vertices, known & (labels > 0), wanted)
     place = np.where(known[:, None], home, -1.0)
     detail, meter = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
     leash = HEIGHT_WEIGHT * np.array(
@@ -89,7 +89,7 @@ def match_surface(
     run, generator = compiled(_sweep), np.random.default_rng(seed)
     for sweep in range(2 * ROUNDS):
         way = order if sweep % 2 == 0 else order[::-1]
-        tries = _tries(
+        tries = _candidates(
             way,
             place,
             home,
@@ -120,7 +120,7 @@ def _variance(detail: FloatArray, exemplar: Exemplar, kind: int) -> float:
     return max(float((detail[own] ** 2).sum(axis=-1).mean()), 1e-6) if own.any() else 1.0
 
 
-def _tries(
+def _candidates(
     order: IntArray,
     place: FloatArray,
     home: FloatArray,
@@ -146,7 +146,7 @@ def _tries(
     return np.concatenate([own, home[order][:, None], around, anywhere], axis=1)
 
 
-def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> IntArray:
+def _matching_order(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> IntArray:
     """Return the vertices to be matched, those next to known ones first."""
     from scipy.spatial import cKDTree
 

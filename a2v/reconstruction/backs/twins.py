@@ -18,8 +18,8 @@ stripe, would look like a blot."""
 def find_twins(
     spots: Spots, *, known: BoolArray, clear: BoolArray, neighbors: IntArray
 ) -> IntArray:
-    """Return for each vertex (V,) that is not `known` (V,) the `clear` (V,) vertex at the mirrored
-    spot of the body; -1 for none.
+    """Return for each vertex (V,) that is not `known` (V,) the vertex at the mirrored spot of the
+    body, one of the `clear` (V,) ones; -1 for none.
 
     `neighbors` (V, N) are nearest vertices.
     """

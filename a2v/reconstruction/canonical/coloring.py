@@ -54,7 +54,9 @@ def color_by_photos(
     in whose pose it stands."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
-    seen = [_as_in(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)]
+    seen = [
+        _in_pose_of(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)
+    ]
     canvases = [
         canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture)
         for own, sight in zip(seen, sights, strict=True)
@@ -86,7 +88,7 @@ def color_by_photos(
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
-def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
+def _in_pose_of(surface: Surface, sight: Sight, *, first: bool) -> Surface:
     """Move the surface to the pose of a photo, in the flat frame of its camera; it already has the
     pose of the `first` one."""
     assert surface.standing is not None

@@ -59,7 +59,7 @@ def face_patch() -> Patch:
     visible = _front_faces(rest, faces)
     skin_faces = faces.max(axis=1) < SKIN.stop
     front = np.flatnonzero(visible & skin_faces & (rest[faces].mean(axis=1)[:, 1] > 0.6))
-    inside = _within(rest, faces, front)
+    inside = _enclosed(rest, faces, front)
     own = skin_faces & inside[faces].all(axis=1)
     own = single_rim(faces, own)
     rim = border_loops(faces[own])
@@ -101,7 +101,7 @@ def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
     return np.asarray(np.abs(hit - 5.0) < 1e-3)
 
 
-def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
+def _enclosed(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
     """Return Anny's vertices that cannot be reached from the crown without crossing the front
     between brows and chin."""
     import cv2

@@ -28,7 +28,7 @@ export class Clip {
     };
   }
 
-  /** Whether the motion of the video is asked for. */
+  /** Whether the motion of the video is requested. */
   get used() { return byId("clip-use").checked && !byId("clip-use-label").hidden; }
 
   show(photo) {

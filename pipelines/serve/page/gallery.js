@@ -5,7 +5,7 @@ const SIDE = 72, SHOWN_AT_ONCE = 24, PAUSE = 80;  // pixels, figures, millisecon
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let book = null;
 
-/** The figures that the server has; asked for once, when the page stands. */
+/** The figures that the server has; requested once, when the page is complete. */
 export async function loadFigures() {
   try { book = await (await fetch("page/figures.json")).json(); } catch { return; }
   for (const [name, text] of Object.entries(book.actions)) book.actions[name] = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));

@@ -1,4 +1,4 @@
-// The page: what is on it is what the server says, asked for again and again; no text of others becomes markup.
+// The page shows the state of the server, which it requests repeatedly; text from outside never becomes markup.
 import { Camera } from "./camera.js";
 import { Clip } from "./clip.js";
 import { Corrector } from "./correct.js";

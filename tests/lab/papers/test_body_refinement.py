@@ -136,7 +136,7 @@ def test_a_flattened_body_keeps_its_difference_from_the_models(model):
 
 def test_another_models_body_is_refused(model):
     body = dataclasses.replace(posed(model, 0.0), model="smpl")
-    with pytest.raises(InputError, match="expected one of"):
+    with pytest.raises(InputError, match="expected a"):
         refine_body(model, body, lambda _: lambda points: np.full(len(points), 0.5))
     with pytest.raises(InputError, match="at least 1"):
         RefinementSettings(iterations=0)

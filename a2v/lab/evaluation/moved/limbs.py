@@ -110,7 +110,7 @@ def limb_turns(
 
     def posed(values: FloatArray) -> FloatArray:
         transforms = carried(
-            character.body, truth.bones, truth.heads, truth.turns[None], _of(values[:-6])
+            character.body, truth.bones, truth.heads, truth.turns[None], _rotations(values[:-6])
         )
         moved = scale * deform(own, transforms[0]).astype(np.float64) @ placed[0].T + placed[1]
         middle = moved.mean(axis=0)
@@ -142,10 +142,10 @@ def limb_turns(
         values -= np.linalg.solve(
             matrix, strength * slopes.T @ (weight * residual) + prior * values
         )
-    return _of(values[:-6])
+    return _rotations(values[:-6])
 
 
-def _of(rotations: FloatArray) -> FloatArray:
+def _rotations(rotations: FloatArray) -> FloatArray:
     """Rotations (R, 3, 3) of `RIG_BONES` from rotation vectors (3 * len(LIMBS),)."""
     turns = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
     for name, vector in zip(LIMBS, rotations.reshape(-1, 3), strict=True):

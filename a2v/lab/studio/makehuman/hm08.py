@@ -252,7 +252,7 @@ def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
             turn[index] = np.asarray(rotvec_to_rotmat(np.array([0.0, 0.0, sign * RAISED])))
         elif stem in ("Arm", "ForeArm", "Hand"):
             end = {"Arm": "ForeArm", "ForeArm": "Hand", "Hand": "HandMiddle1"}[stem]
-            turn[index] = _onto(
+            turn[index] = _rotation_between(
                 heads[number[side + end]] - heads[index], np.array([sign, 0.0, 0.0])
             )
         elif stem in ("UpLeg", "Leg"):
@@ -270,7 +270,7 @@ def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
     return moved, lower
 
 
-def _onto(first: FloatArray, second: FloatArray) -> FloatArray:
+def _rotation_between(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the smallest rotation (3, 3) from the direction of `first` (3,) to that of `second`
     (3,)."""
     one, two = first / np.linalg.norm(first), second / np.linalg.norm(second)

@@ -110,7 +110,7 @@ class Wardrobes:
         return tuple(found)
 
     def item(self, name: str) -> Item:
-        """Return an item, read once."""
+        """Return an item of clothing; its file is read only once."""
         if name not in self._items:
             path = self._hair.get(name) or self._clothes.get(name)
             if path is None:

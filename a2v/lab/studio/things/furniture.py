@@ -75,15 +75,15 @@ def draw_furniture(body: Body, generator: np.random.Generator) -> Thing:
     seated = _SEATED[0] < body.hips[1] / body.height < _SEATED[1]
     if seated and generator.random() < 0.75:
         seat = _seat(body, generator)
-        return joined([seat, _before(body, generator)]) if generator.random() < 0.2 else seat
+        return joined([seat, _in_front(body, generator)]) if generator.random() < 0.2 else seat
     if generator.random() < 0.15:
-        return _about(
+        return _place_near(
             _chair(body.hips[1] * generator.uniform(0.4, 0.55), generator),
             body,
             body.back - generator.uniform(0.3, 0.8),
             generator,
         )
-    return _before(body, generator)
+    return _in_front(body, generator)
 
 
 def _yaw(angle: float) -> FloatArray:
@@ -91,7 +91,7 @@ def _yaw(angle: float) -> FloatArray:
     return np.asarray(rotvec_to_rotmat(np.array([0.0, angle, 0.0])))
 
 
-def _about(thing: Thing, body: Body, z: float, generator: np.random.Generator) -> Thing:
+def _place_near(thing: Thing, body: Body, z: float, generator: np.random.Generator) -> Thing:
     """Place an object on the ground, randomly turned, near the person in the picture."""
     aside = generator.normal(0, 0.2) * body.height
     return thing.moved([body.hips[0] + aside, 0, z], _yaw(generator.uniform(-np.pi, np.pi)))
@@ -158,7 +158,7 @@ def _seat(body: Body, generator: np.random.Generator) -> Thing:
     return _chair(top, generator).moved(at, _yaw(body.heading + generator.normal(0, 0.08)))
 
 
-def _before(body: Body, generator: np.random.Generator) -> Thing:
+def _in_front(body: Body, generator: np.random.Generator) -> Thing:
     """Return an object between the person and the camera."""
     kind = generator.choice(
         ["table", "counter", "railing", "chair", "block", "pillar"],
@@ -168,7 +168,7 @@ def _before(body: Body, generator: np.random.Generator) -> Thing:
     middle = body.hips[0] + generator.normal(0, 0.3)
     tall = body.height
     if kind == "chair":
-        return _about(
+        return _place_near(
             _chair(tall * generator.uniform(0.22, 0.32), generator), body, gap + 0.3, generator
         )
     if kind == "railing":

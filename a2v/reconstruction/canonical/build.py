@@ -16,7 +16,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
-from a2v.reconstruction.canonical.hem import skirt_hem
+from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
@@ -80,7 +80,7 @@ def canonical_person(
         The photo, with Anny fitted to the surface that was reconstructed from it.
     hangs : bool, optional
         Whether cloth hangs between the legs, which becomes a separate layer. None: as found by
-        `hangs_between_legs` and `skirt_hem`.
+        `hangs_between_legs`, `skirt_hem` and `line_between_legs`.
     others : sequence of Sight
         Further photos of the same person, in any order; all bodies have the same shape.
 
@@ -140,16 +140,16 @@ def _skirt(
 ) -> tuple[Skirt | None, float]:
     """The skirt on a body at `rest` (V, 3), None without one, and the height, meters, down to which
     legs under it have no clothes; `hangs` as in `canonical_person`."""
-    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
-    if hangs is None:
-        surface = sight.person.surface
+    surface, hem, found = sight.person.surface, None, hangs is None
+    if found:
+        hem = skirt_hem(sight.subject, sight.body, sight.camera)
         hangs = hem is not None or hangs_between_legs(
             surface, sight.body, sight.subject, sight.camera
         )
-    if not hangs:
-        return None, 0.0
-    skirt = make_skirt(sight.person.surface, body, rest, None if hem is None else hem[0])
-    if skirt is None:
+    skirt = make_skirt(surface, body, rest, None if hem is None else hem[0]) if hangs else None
+    if skirt is None or (
+        found and line_between_legs(sight.subject, sight.body, sight.camera, skirt.hem)
+    ):
         return None, 0.0
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 

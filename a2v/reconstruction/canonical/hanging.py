@@ -7,7 +7,6 @@ import numpy as np
 from a2v.body.parts import on_parts
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.canonical.hem import shadow_between_legs
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
 
 _GAP = 0.05
@@ -40,6 +39,7 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     There, the reconstructed `surface` (closed, in the pose of the photo) is filled, and the photo
     shows the same colors as on the legs at the same height. The second condition is needed because
     the surface is also filled if the mask wrongly includes the background between two trouser legs.
+    Trousers whose legs touch are excluded by `line_between_legs`.
     """
     from scipy.spatial import cKDTree
 
@@ -67,9 +67,7 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     )
     if within[: max(least, int(within.size * 0.6))].mean() < _SHARE:
         return False
-    if _alike(middle[telling][within], away[telling][within], body, subject, camera) < _SHARE:
-        return False
-    return not shadow_between_legs(subject, body, camera)
+    return _alike(middle[telling][within], away[telling][within], body, subject, camera) >= _SHARE
 
 
 def _hips_bent(body: Body) -> float:

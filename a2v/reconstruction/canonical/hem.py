@@ -45,9 +45,24 @@ _FILLED = 0.9
 """Smallest share of the samples between the legs with such a color."""
 _SEAM = 6.0
 """Difference in lightness, CIELAB, of the shadow between the legs of shorts."""
-_TROUSERS = (0.6, 0.9, 1.2)
-"""Positions, in terms of `_ALONG`, that all show the shadow in trousers. A fold of a skirt does not
-extend along all of them."""
+_LINE_ABOVE = 0.02
+"""Height above the end of the cloth at which a line between the legs ends, meters."""
+_LINE_WITHIN = (0.3, 0.7)
+"""Range of such a line between the axis of the left leg (0) and that of the right leg (1)."""
+_LINE_COLUMNS = 25
+"""Number of places across this range."""
+_LINE_SIDES = (0.02, 0.03)
+"""Distances of the pixels on both sides of a line with which it is compared, meters."""
+_LINE_BLUR = 0.003
+"""Standard deviation of the blur of the photo, against noise, meters."""
+_LINE_BLACK = 10.0
+"""Lightness that is added to that of a line, so that noise in black cloth is no line, CIELAB."""
+_LINE_DEPTH = 0.15
+"""Smallest difference in lightness between a line and its sides, as a share of its lightness."""
+_LINE_SHARE = 0.7
+"""Share of the heights with a line above which the legs part."""
+_LEAST_HEIGHTS = 6
+"""Smallest number of heights at which there may be a line."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
@@ -56,7 +71,8 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
 
     None if there is no such hem, or the photo does not show it. Down both legs the photo changes
     from cloth to the color of the face's skin. Just above, between the legs, there is cloth without
-    the gap or the shadow of two trouser legs.
+    the gap or the shadow of two trouser legs. Shorts whose legs touch can be like that, too
+    (`line_between_legs`).
     """
     from skimage.color import rgb2lab
 
@@ -197,22 +213,66 @@ def _filled(
     return bool((away < _ALIKE).mean() > _FILLED and _shadow(colors) < _SEAM)
 
 
-def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
-    """Return whether the photo shows a shadow down the middle between both legs: then these are
-    trousers, although there is no gap between them."""
+def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: float) -> bool:
+    """Return whether the photo shows a line between both legs down to the height at rest `lowest`,
+    meters. Then these are the legs of trousers or shorts.
+
+    The line is a gap in the mask, or it is darker than both of its sides. It begins at the crotch
+    and runs near the middle between the axes of the legs. A fold of a skirt is shorter.
+    """
+    from scipy.ndimage import gaussian_filter, uniform_filter1d
     from skimage.color import rgb2lab
 
-    lab, (posed, _) = np.asarray(rgb2lab(subject.image), np.float64), _axes(body)
-    shadows = []
-    for place in _TROUSERS:
-        left, right = (
-            np.array([np.interp(place, _ALONG, axis[:, k]) for k in range(3)]) for axis in posed
-        )
-        shadows.append(
-            bool(np.linalg.norm(left - right) > _APART)
-            and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM
-        )
-    return all(shadows)
+    posed, rest = _axes(body)
+    above = np.mean([axis[:, 1] for axis in rest], axis=0) > lowest + _LINE_ABOVE
+    left, right = (axis[above] for axis in posed)
+    across = (right - left)[:, None]
+    width = np.linalg.norm(across, axis=2, keepdims=True)
+    unit = across / np.maximum(width, 1e-9)
+    middle = left[:, None] + np.linspace(*_LINE_WITHIN, _LINE_COLUMNS)[None, :, None] * across
+    shown = _legs_shown(body, camera, subject)
+    lightness = gaussian_filter(
+        np.asarray(rgb2lab(subject.image), np.float64)[..., 0], _LINE_BLUR * camera.scale
+    )
+    here = _pixels(lightness, camera, middle)
+    sides = [
+        np.minimum(*(_pixels(lightness, camera, middle + way * unit) for way in (-away, away)))
+        for away in _LINE_SIDES
+    ]
+    line = (np.max(sides, axis=0) - here) / (here + _LINE_BLACK)
+    line = np.where(_pixels(subject.mask, camera, middle) < 0.5, 1.0, line)
+    seen = (width[:, 0, 0] > _APART) & (_pixels(shown, camera, middle, STEP).mean(axis=1) > 0.8)
+    if seen.sum() < _LEAST_HEIGHTS:
+        return False
+    found = _along_line(uniform_filter1d(line, 3, axis=0, mode="nearest")[seen])
+    return bool((found > _LINE_DEPTH).mean() > _LINE_SHARE)
+
+
+def _pixels(
+    picture: FloatArray | BoolArray, camera: Camera, points: FloatArray, step: int = 1
+) -> FloatArray:
+    """Values (n, m) of a picture, of which every `step`-th pixel is given, at points (n, m, 3)."""
+    pixels = np.floor(camera.project(points.reshape(-1, 3)) / step).astype(np.int64)
+    column, row = np.clip(pixels, 0, np.array(picture.shape[1::-1]) - 1).T
+    return np.asarray(picture[row, column], np.float64).reshape(points.shape[:2])
+
+
+def _along_line(values: FloatArray) -> FloatArray:
+    """Values (n,) of (n, m) along the line from the first row to the last one with the largest sum;
+    it moves by at most one column per row, and values over twice `_LINE_DEPTH` count no more."""
+    gain = np.clip(values, 0.0, 2 * _LINE_DEPTH)
+    total, turns = gain[0], []
+    for row in gain[1:]:
+        sides = np.pad(total, 1, constant_values=-np.inf)
+        ways = np.stack([sides[:-2], sides[1:-1], sides[2:]])
+        turns.append(ways.argmax(axis=0) - 1)
+        total = ways.max(axis=0) + row
+    column = int(total.argmax())
+    columns = [column]
+    for turn in reversed(turns):
+        column += int(turn[column])
+        columns.append(column)
+    return np.asarray(values[np.arange(len(values)), columns[::-1]])
 
 
 def _strip(

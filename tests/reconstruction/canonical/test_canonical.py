@@ -396,3 +396,22 @@ def test_a_neckline_is_the_trunks_and_a_hands_color_on_it_is_not() -> None:
     asked[:], asked[120:135, 85:135] = False, True
     assert not palettes.of_others(torso, asked).any()
     assert not palettes.asked[torso, PARTS.index("head")]
+
+
+def test_trousers_whose_surface_is_filled_between_the_legs_get_no_skirt(body: Body) -> None:
+    knees = body.bone_transforms[
+        [body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
+    ].mean(axis=0)
+    filled = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
+    plain = photographed(body)
+    image = np.full_like(plain.image, 120)
+    between = int(CAMERA.project(knees[None])[0, 0])
+    image[:, between - 8 : between + 8] = 60  # the shadow where the legs touch
+    lined = dataclasses.replace(plain, image=image)
+    assert hangs_between_legs(filled.surface, body, lined, CAMERA)
+    counts = []
+    for subject in (plain, lined):
+        made = canonical_person(Sight(subject, body, CAMERA, filled))
+        assert made.surface.standing is not None
+        counts.append(len(made.surface.standing.vertices))
+    assert counts[1] == len(topology().twin) < counts[0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.canonical.hem import shadow_between_legs, skirt_hem
+from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
 from a2v.reconstruction.canvas import bare_legs
 from a2v.types import Body, Subject
 from tests.support.faces import CAMERA, photographed
@@ -97,12 +97,72 @@ def test_shorts_trousers_and_strange_legs_are_no_skirt(body: Body, knee: float) 
     )
 
 
-def test_trousers_have_a_shadow_between_the_legs_and_skirts_have_none(
-    body: Body, knee: float
-) -> None:
-    assert shadow_between_legs(_dressed(body, knee - 0.6, gap=60), body, CAMERA)
-    assert not shadow_between_legs(_dressed(body, knee - 0.6), body, CAMERA)
-    assert not shadow_between_legs(_dressed(body, knee - 0.6, gap=8), body, CAMERA)  # a fold
+def _black(body: Body, *, noise: float = 0.0) -> Subject:
+    """A person in black cloth down to the ankles, with noise of the standard deviation `noise`."""
+    subject = photographed(body)
+    drawn = np.random.default_rng(0).normal(12, noise, subject.image.shape)
+    return dataclasses.replace(
+        subject, image=drawn.clip(0, 255).astype(np.uint8), mask=np.ones_like(subject.mask)
+    )
+
+
+def _rest_height(body: Body, above_knee: float) -> float:
+    """Height at rest, meters, of a place `above_knee` meters over the knees."""
+    return above_knee + float(
+        np.mean(
+            [
+                body.rest_transforms[body.bone_names.index(f"lowerleg01{side}"), 1, 3]
+                for side in (".L", ".R")
+            ]
+        )
+    )
+
+
+def _lined(
+    subject: Subject, body: Body, low: float, *, color: int = 0, tilt: float = 0.0
+) -> Subject:
+    """Draw a line of 1.5 cm between the legs from the hips down to the height `low`, meters, that
+    moves by `tilt` meters to the side per meter down."""
+    hips = body.bone_transforms[body.bone_names.index("root"), :3, 3]
+    image = subject.image.copy()
+    for height in np.arange(low, hips[1], 0.5 / CAMERA.scale):
+        column, row = CAMERA.project(np.array([[hips[0] + tilt * (hips[1] - height), height, 0]]))[
+            0
+        ]
+        image[int(row), int(column) - 9 : int(column) + 9] = color
+    return dataclasses.replace(subject, image=image)
+
+
+def test_a_dark_line_between_the_legs_is_that_of_trousers(body: Body, knee: float) -> None:
+    plain = _black(body)
+    plain.image[:] = 90
+    ankles = _rest_height(body, -0.35)
+    assert not line_between_legs(plain, body, CAMERA, ankles)
+    assert line_between_legs(_lined(plain, body, knee - 0.4), body, CAMERA, ankles)
+    assert line_between_legs(_lined(plain, body, knee - 0.4, tilt=0.03), body, CAMERA, ankles)
+    fold = _lined(plain, body, knee)
+    assert not line_between_legs(fold, body, CAMERA, ankles)
+    assert line_between_legs(fold, body, CAMERA, _rest_height(body, 0.05))  # the legs of shorts
+    bright = _lined(plain, body, knee - 0.4, color=150)
+    assert not line_between_legs(bright, body, CAMERA, ankles)  # gloss
+
+
+def test_a_gap_in_the_mask_between_the_legs_is_that_of_trousers(body: Body, knee: float) -> None:
+    plain = _black(body)
+    marked = _lined(plain, body, knee - 0.4, color=255).image[..., 0] == 255
+    apart = dataclasses.replace(plain, mask=(~marked).astype(np.float32))
+    assert line_between_legs(apart, body, CAMERA, _rest_height(body, -0.35))
+
+
+def test_noise_in_black_cloth_is_no_line(body: Body) -> None:
+    noisy = _black(body, noise=6.0)
+    assert not line_between_legs(noisy, body, CAMERA, _rest_height(body, -0.35))
+    assert not line_between_legs(noisy, body, CAMERA, _rest_height(body, 0.05))
+
+
+def test_a_skirt_too_short_to_judge_has_no_line(body: Body) -> None:
+    above = _rest_height(body, 1.0)
+    assert not line_between_legs(_lined(_black(body), body, 0.0), body, CAMERA, above)
 
 
 def test_legs_take_no_cloth_and_cloth_no_legs_around_a_hem() -> None:

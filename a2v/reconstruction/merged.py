@@ -15,7 +15,7 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import evened, vertex_normals, within
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.projection import PhotoProjection
-from a2v.reconstruction.shading import photo_without_shading
+from a2v.reconstruction.shading import LUMINANCE, photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 _LEAST = 60
@@ -169,9 +169,10 @@ def exposure(
     `main` and `other` are the vertices (V,) that each shows well, and their colors (V, 3). The
     factor gives the other photo the mean linear color of the main one. The mean is taken part by
     part, weighted by the smaller number of vertices of a part in both photos, because each photo
-    shows other places. The head is left out: its sides are face and hair. The seam between two
-    views is not compared, because there both views are grazing, and light from the side changes
-    the colors.
+    shows other places. Only the darker half of a part counts, because gloss brightens the other
+    half, and cameras compress it. The head is left out: its sides are face and hair. The seam
+    between two views is not compared, because there both views are grazing, and light from the side
+    changes the colors.
     """
     totals = np.zeros((2, 3))
     for part in np.unique(canvas.parts):
@@ -181,9 +182,15 @@ def exposure(
         shown = [srgb_to_linear(colors[own & known]) for known, colors in (main, other)]
         count = min(map(len, shown))
         if count >= _LEAST:
-            totals += [count * colors.mean(axis=0) for colors in shown]
+            totals += [count * _darker_half(colors).mean(axis=0) for colors in shown]
     if not totals.all():
         return np.ones(3)
     gain = totals[0] / totals[1]
     middle = np.median(gain)
     return np.asarray(np.clip(middle, *_EXPOSURE) * np.clip(gain / middle, *_TINT))
+
+
+def _darker_half(colors: FloatArray) -> FloatArray:
+    """Return those linear colors of (n, 3) whose luminance is at most the median."""
+    bright = colors @ LUMINANCE
+    return np.asarray(colors[bright <= np.median(bright)])

@@ -45,7 +45,8 @@ _CLIPPED = 0.9
 _DARK = 0.01
 """Luminance below which the sensor measures noise."""
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of linear RGB in the luminance."""
 _MAP = 512
 
 
@@ -119,7 +120,7 @@ def estimate_shading(
         Area of the photo that each vertex stands for; 0 for vertices that it does not show.
     """
     linear = srgb_to_linear(np.clip(colors, 0, 1))
-    bright = linear @ _LUMINANCE
+    bright = linear @ LUMINANCE
     told = np.flatnonzero((weight > 0) & (bright < _CLIPPED) & (bright > _DARK))
     shading = np.ones(len(normals))
     if len(told) < 20 * _STUFFS:

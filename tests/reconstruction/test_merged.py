@@ -57,13 +57,19 @@ def test_an_exposure_is_found_by_parts_that_both_photos_show():
     assert srgb_to_linear(linear_to_srgb(albedo)) == pytest.approx(albedo, abs=1e-6)
 
 
-def test_an_exposure_does_not_follow_gloss_in_dark_channels():
-    """Gloss adds white light: it doubles the red of a green shirt and hardly changes its green."""
-    parts = np.repeat([PARTS.index(name) for name in ("torso", "left_thigh")], [600, 400])
-    albedo = np.repeat([[0.02, 0.2, 0.1], [0.6, 0.45, 0.4]], [600, 400], axis=0)
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_an_exposure_does_not_follow_gloss(share: float):
+    """Gloss adds white light: over a whole green shirt (twice its red), or as highlights on a
+    share of all places."""
+    rng = np.random.default_rng(2)
+    parts = np.repeat([PARTS.index(name) for name in ("torso", "left_thigh")], [1200, 800])
+    albedo = np.repeat([[0.02, 0.2, 0.1], [0.6, 0.45, 0.4]], [1200, 800], axis=0)
+    albedo = albedo * rng.uniform(0.8, 1.2, (2000, 1))
     gain = np.array([1.2, 1.0, 0.9])
-    front = np.arange(1000) % 2 == 0
-    glossy = gain * albedo + np.where(parts == PARTS.index("torso"), 0.02, 0.0)[:, None]
+    front = np.arange(2000) % 2 == 0
+    shirt = (parts == PARTS.index("torso")) * 0.02
+    gloss = shirt if share == 1.0 else 0.2 * (rng.random(2000) < share)
+    glossy = np.clip(gain * albedo + gloss[:, None], 0, 1)
     canvas = SimpleNamespace(parts=parts)
     found = exposure(canvas, (front, linear_to_srgb(glossy)), (~front, linear_to_srgb(albedo)))  # type: ignore[arg-type]
     assert found == pytest.approx(gain, rel=0.12)

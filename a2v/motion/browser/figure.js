@@ -21,7 +21,7 @@ function poseAt(joints, parents, moment) {
   return pose;
 }
 
-// A figure has `pose(joints)`, `where` (the middle of the body) and `begin(clip)`, which is told what will be played.
+// A figure has `pose(joints)`, `where` (the middle of the body) and `begin(clip)`, which gets the clip that will be played.
 function makeSticks(scene, { parents, colors }) {
   const corners = [[0, 0, 0], [1, 0.2, 0], [0, 0.2, 1], [-1, 0.2, 0], [0, 0.2, -1], [0, 1, 0]];
   const faces = [1, 2, 3, 4].flatMap(k => [[0, k, k % 4 + 1], [5, k % 4 + 1, k]]);

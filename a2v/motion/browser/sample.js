@@ -20,7 +20,7 @@ const makeSampler = (session, meta) => {
       const shares = meta.active[labels[end - 1]];
       while (done < end) {
         const follows = done > 0, context = new Float32Array(given * row), noise = draw(meta.latent_size);
-        // how much of a window such clips move is drawn by the last number of the noise; what is gone on with is one of the longer half
+        // the last number of the noise draws how much of the window moves; a window that continues a clip takes a share from the longer half
         const first = Math.floor(shares.length / (follows ? 2 : 20)), even = 1 / (1 + Math.exp(-1.702 * noise[noise.length - 1]));
         const share = Math.fround(shares[first + Math.floor(even * (shares.length - first))]);
         const usable = Math.max(evenly(Math.fround(share * meta.window_frames)), given + 4);

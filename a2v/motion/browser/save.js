@@ -1,4 +1,4 @@
-// A clip as a file: BVH of its joints, glTF of whoever plays it. Needs three.js as `THREE`, and `poseAt`.
+// Saves a clip as a file: BVH of its joints, or glTF of the figure that plays it. Needs three.js as `THREE`, and `poseAt`.
 "use strict";
 
 const SAVED_FPS = 30;

@@ -1,4 +1,4 @@
-// A photo from the camera, after a countdown: whoever is to be seen whole has to step back.
+// Takes a photo with the camera after a countdown: a person who wants to be seen whole has to step back.
 import { byId, say } from "./tools.js";
 
 export class Camera {

@@ -108,8 +108,8 @@ class LookSettings(Record):
             )
         if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
             raise InputError(
-                f"mottle is {self.mottle}, mottle_size {self.mottle_size}; expected 0 to 0.35, and "
-                f"{FINEST} m to ground_radius"
+                f"mottle is {self.mottle}, mottle_size {self.mottle_size} m; expected 0 to 0.35, "
+                f"and {FINEST} m to ground_radius"
             )
         if (
             not 0 < self.sun_angle < 45

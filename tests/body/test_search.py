@@ -140,7 +140,7 @@ def test_the_user_reads_one_sentence_or_none() -> None:
     assert "--keypoints" in text
     unsure = dict.fromkeys(("left_arm", "left_leg", "right_leg"), 2 * DOUBTFUL)
     (text,) = doubts({**good, "limb_errors": {**unsure, "head": 0.02}})
-    assert "the left arm, left leg and right leg reaches" in text
+    assert "the depth of the left arm, left leg and right leg is uncertain" in text
     assert "from their left" in text
     (text,) = doubts({**good, "limb_errors": unsure, "second_photo": "back"})
     assert "from behind" in text

@@ -280,7 +280,7 @@ def test_bad_input(scene, surface: Surface) -> None:
         body_prior_surface(subject, body, elsewhere)
     with pytest.raises(InputError, match="prior has shape"):
         color_surface(surface, subject, camera, evidence=ColorEvidence(prior=np.zeros((3, 3))))
-    with pytest.raises(InputError, match="spots are of 3 points"):
+    with pytest.raises(InputError, match="spots has 3 points"):
         color_surface(
             surface,
             subject,

@@ -59,7 +59,7 @@ def test_a_look_of_ones_own(tmp_path) -> None:
         ("sun_direction: [0, -1, 0]", "above the ground"),
         ("zenith: [3, 0, 0]", "zenith"),
         ("haze: 0", "haze"),
-        ("mottle: 0.5", "mottle 0.5"),
+        ("mottle: 0.5", "mottle is 0.5"),
         ("mottle: 0.1\nmottle_size: 0.01", "0.01 m"),
         ("- sun", "not a mapping"),
         ("sun: [", "mine.yaml"),

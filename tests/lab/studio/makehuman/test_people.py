@@ -133,7 +133,7 @@ def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> 
     for one in people:
         assert (one.shape["age"] > 0.88) == one.skin.startswith("old")
         assert (one.shape["gender"] > 0.5) == one.outfit.startswith("female")
-    with pytest.raises(InputError, match="nobody of MakeHuman's people is called 'makehuman-99'"):
+    with pytest.raises(InputError, match="none of MakeHuman's people has the name 'makehuman-99'"):
         named_person("makehuman-99")
 
 

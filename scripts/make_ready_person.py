@@ -17,9 +17,9 @@ from pipelines.requests.video import photo_parameters
 from pipelines.run import run
 
 
-def made_now() -> ReadyPerson:
+def made_now(store: Store) -> ReadyPerson:
     """Run the pipeline on the sample photo; results in the store are taken from there."""
-    store, kinds = Store(), get_type_hints(ReadyPerson)
+    kinds = get_type_hints(ReadyPerson)
     names = [item.name for item in dataclasses.fields(ReadyPerson)]
     # the motion, the film and the views have no part in it
     outcome = run(names, store=store, executor="serial", **photo_parameters(store, PHOTO))
@@ -27,5 +27,5 @@ def made_now() -> ReadyPerson:
 
 
 if __name__ == "__main__":
-    made_now().save(FILE)
+    made_now(Store()).save(FILE)
     print(f"{FILE}: {FILE.stat().st_size / 1e6:.2f} MB")

@@ -298,7 +298,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     for job in jobs:
         for page in (one, other):
             expect(page.locator(f"#job-{job} .badge")).to_have_text("done", timeout=LONG)
-    third = order(other, "dance", "0.5")
+    third = order(other, "dance", "6")  # not done before the other page asks for the state
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
     for child in psutil.Process(
         server.process.pid

@@ -24,8 +24,7 @@ from a2v.body.fingers import reskinned
 from a2v.errors import InputError
 from a2v.io import read_bytes, read_npz, write_npz
 from a2v.perception import decode_photo
-from a2v.reconstruction.canonical.binding import four_weights
-from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.build import posed_vertices, standing_of
 from a2v.reconstruction.canonical.topology import topology
 from a2v.record import Record
 from a2v.types import (
@@ -35,7 +34,6 @@ from a2v.types import (
     Face,
     FloatArray,
     PhotoCamera,
-    Standing,
     Subject,
     Surface,
 )
@@ -215,14 +213,7 @@ def _pack_shape(surface: Surface, body: Body) -> Arrays:
 
 def _unpack_shape(stored: Arrays, body: Body) -> Surface:
     mesh = topology()
-    weights, bones = four_weights(mesh, body)
-    standing = Standing(
-        vertices=_from_steps(stored["standing"], STEP),
-        weights=weights.astype(np.float32),
-        bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32),
-        parts=body.parts[mesh.nearest].astype(np.int8),
-    )
+    standing = standing_of(_from_steps(stored["standing"], STEP), mesh, body)
     face = Face.from_arrays(
         _below(stored, "face")
         | {

@@ -167,7 +167,8 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
         for kind, handler in old:
             signal.signal(kind, handler)
     seconds = time.process_time() - begun  # the machine may be busy
-    megabytes = (_peak() if _peak() > peak else _resident()) - before
+    highest = _peak()
+    megabytes = (highest if highest > peak else _resident()) - before
     count(Tally(1, int(said != "a value"), seconds, megabytes))
     assert said
     assert "\n" not in said

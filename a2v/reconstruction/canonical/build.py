@@ -109,7 +109,7 @@ def canonical_person(
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
         vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
-    standing, faces = _standing(vertices, mesh, body), mesh.faces
+    standing, faces = standing_of(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = (
             with_skirt(standing, skirt),
@@ -237,8 +237,8 @@ def _carried(body: Body, shod: FloatArray) -> FloatArray:
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
 
-def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
-    """Bind the mesh at rest (V, 3)."""
+def standing_of(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
+    """Bind the mesh, with its vertices at rest (V, 3), meters, to the bones of a body."""
     weights, bones = four_weights(mesh, body)
     return Standing(
         vertices=vertices.astype(np.float32),

@@ -208,7 +208,7 @@ def _filled(
     the colors (m, 3) of the legs, and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
-    colors = _strip(lab, camera, left, right, _OVER)
+    colors = _strip(lab, camera, left, right)
     away = np.linalg.norm(_stuff(colors)[:, :, None] - _stuff(palette), axis=-1).min(axis=-1)
     return bool((away < _ALIKE).mean() > _FILLED and _shadow(colors) < _SEAM)
 
@@ -251,10 +251,13 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
 def _pixels(
     picture: FloatArray | BoolArray, camera: Camera, points: FloatArray, step: int = 1
 ) -> FloatArray:
-    """Values (n, m) of a picture, of which every `step`-th pixel is given, at points (n, m, 3)."""
+    """Values (n, m, ...) of a picture (h, w, ...), of which every `step`-th pixel is given, at
+    points (n, m, 3)."""
     pixels = np.floor(camera.project(points.reshape(-1, 3)) / step).astype(np.int64)
     column, row = np.clip(pixels, 0, np.array(picture.shape[1::-1]) - 1).T
-    return np.asarray(picture[row, column], np.float64).reshape(points.shape[:2])
+    return np.asarray(picture[row, column], np.float64).reshape(
+        points.shape[:2] + picture.shape[2:]
+    )
 
 
 def _along_line(values: FloatArray) -> FloatArray:
@@ -275,24 +278,11 @@ def _along_line(values: FloatArray) -> FloatArray:
     return np.asarray(values[np.arange(len(values)), columns[::-1]])
 
 
-def _strip(
-    lab: FloatArray,
-    camera: Camera,
-    left: FloatArray,
-    right: FloatArray,
-    heights: tuple[float, float],
-) -> FloatArray:
+def _strip(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray) -> FloatArray:
     """Colors (5, 15, 3) from a point on the axis of the left leg (3,) to one on that of the right
-    leg, at five heights between `heights` above them, meters."""
-    share = np.linspace(0.0, 1.0, 15)[:, None]
-    rows = []
-    for over in np.linspace(*heights, 5):
-        pixels = np.floor(camera.project(left + share * (right - left) + [0.0, over, 0.0])).astype(
-            np.int64
-        )
-        column, row = np.clip(pixels, 0, np.array(lab.shape[1::-1]) - 1).T
-        rows.append(lab[row, column])
-    return np.stack(rows)
+    leg, at five heights `_OVER` them."""
+    over = np.linspace(*_OVER, 5)[:, None, None] * np.array([0.0, 1.0, 0.0])
+    return _pixels(lab, camera, left + np.linspace(0.0, 1.0, 15)[:, None] * (right - left) + over)
 
 
 def _shadow(colors: FloatArray) -> float:

@@ -46,6 +46,7 @@ export class Gallery {
     this.pick = pick;
     this.seen = new Set();
     this.drawn = new WeakSet();
+    this.resting = false;  // while a video is made, only the figure under the pointer or the focus moves: drawing all of them takes a core without a GPU
     this.watcher = new IntersectionObserver(entries => {
       for (const { target, isIntersecting } of entries) isIntersecting ? this.seen.add(target) : this.seen.delete(target);
       this.tick();
@@ -83,13 +84,6 @@ export class Gallery {
     buttons[at].tabIndex = -1;
     to.tabIndex = 0;
     to.focus();
-  }
-
-  /** While a video is made, only the figure under the pointer or the focus moves: drawing all of them takes a core without a GPU. */
-  rest(resting) {
-    if (resting === this.resting) return;
-    this.resting = resting;
-    this.tick();
   }
 
   tick() {

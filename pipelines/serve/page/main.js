@@ -263,7 +263,7 @@ function showJobs() {
     cards.get(job.id).show(job, photoOf(job.photo), alike, choices);
   }
   byId("empty").hidden = state.jobs.length > 0;
-  gallery.rest(state.jobs.some(job => job.status === "running"));
+  gallery.resting = state.jobs.some(job => job.status === "running");
   const running = state.jobs.find(job => job.progress);
   document.title = running ? `${Math.floor(100 * (running.progress.share || 0))} % – a2v` : "a2v";
 }

@@ -349,6 +349,27 @@ def test_hair_reaches_the_nape_where_a_network_expects_skin(hair: list[float]) -
     assert (without[nape] == HAIR).mean() < 0.3
 
 
+@pytest.mark.parametrize("bald", [False, True], ids=["hair", "bald"])
+def test_a_hairline_within_the_face_is_hair_but_gloss_on_a_bald_head_is_not(bald: bool) -> None:
+    skin = np.array([0.85, 0.65, 0.55])
+    vertices, colors = _head(skin if bald else np.array([0.25, 0.18, 0.12]), skin)
+    known = vertices[:, 2] > 0.01
+    gloss = known & (vertices[:, 1] > 0.07) & (np.abs(vertices[:, 0]) < 0.02)
+    colors[gloss & bald] = 1.0
+    seen = _made(
+        vertices,
+        colors=np.where(known[:, None], colors, skin),
+        known=known,
+        parts=np.full(len(vertices), PARTS.index("head")),
+        scalp=(vertices[:, 2] < -0.01) & (vertices[:, 1] > -0.05) | (vertices[:, 1] > 0.06),
+        skin=skin,
+        face=known,
+    )
+    behind = seen.scalp & ~known & (vertices[:, 2] < -0.03)
+    labels, _ = label_surface(seen)
+    assert (labels[behind] == (SKIN_LABEL if bald else HAIR)).mean() > 0.95
+
+
 def test_who_is_seen_from_behind_has_a_face_of_skin() -> None:
     hair, skin = np.array([0.25, 0.18, 0.12]), np.array([0.85, 0.65, 0.55])
     vertices, colors = _head(hair, skin)

@@ -114,6 +114,11 @@ class PaletteSettings:
     crown, thigh : float
         Hair and the lower garment are sampled above these quantiles of the head's and the thighs'
         heights.
+    hairline : float
+        Height of the band at the top of the face in which hair is sampled if no crown is visible,
+        as a share of the height of the face.
+    hair_share : float
+        Share of this band above which it is hair.
     share : float
         A cluster with a smaller share of the vertices is dropped.
     """
@@ -124,6 +129,8 @@ class PaletteSettings:
     crown: float = 0.6
     trunk: tuple[float, float] = (0.35, 0.95)
     thigh: float = 0.5
+    hairline: float = 0.1
+    hair_share: float = 0.7
     share: float = 0.08
 
 
@@ -274,12 +281,15 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
             lab[seen.known & bare & seen.on(*HEAD_PARTS, *HANDS)], skin[None], count=3
         )
     head = seen.known & seen.on("head") & ~seen.face
+    crown = np.zeros(len(lab), bool)
     if head.sum() > _PALETTE.few:
         crown = head & (height > np.quantile(height[head], _PALETTE.crown)) & ~bare
-        if crown.sum() <= _PALETTE.few:  # fair hair has the hue of skin
-            crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
-        if crown.sum() > _PALETTE.few:
-            found[HAIR] = _centers(lab[crown], None, count=2)
+    if crown.sum() <= _PALETTE.few:  # a low view: the hairline is within the box of the face
+        crown = _hairline(seen, height, bare)
+    if crown.sum() <= _PALETTE.few:  # fair hair has the hue of skin
+        crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
+    if crown.sum() > _PALETTE.few:
+        found[HAIR] = _centers(lab[crown], None, count=2)
     body = seen.known & ~bare
     chest = body & seen.on("torso")
     if chest.sum() > _PALETTE.many:  # arms and legs may be bare, in the shadow
@@ -296,6 +306,21 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     if shoes.sum() > _PALETTE.few:
         found[SHOES] = _centers(lab[shoes], None, count=2)
     return found
+
+
+def _hairline(seen: Seen, height: FloatArray, bare: BoolArray) -> BoolArray:
+    """Return the visible vertices (V,) of hair at the top of the face; none if most vertices there
+    are bare, since a bald head may have spots of gloss.
+
+    `height` (V,) is along the trunk, meters; `bare` (V,) has the color of skin.
+    """
+    shown, face = seen.known & seen.on("head"), seen.face & seen.on("head")
+    if not face.any():
+        return np.zeros(len(bare), bool)
+    level = height[face].max() - _PALETTE.hairline * float(np.ptp(height[face]))
+    top = shown & (height > level)
+    hair = top & ~bare
+    return hair if hair.sum() > _PALETTE.hair_share * top.sum() else np.zeros(len(bare), bool)
 
 
 def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:

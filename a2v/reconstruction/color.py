@@ -67,7 +67,7 @@ class ColorSettings:
 
     lambda_nn: float = 1.0
     neighbors: int = 10
-    tolerance: float = 1e-3
+    tolerance: float = 3e-3
     band: float = 0.015
     texture: int = 2048
     synthesis: bool = True

@@ -225,7 +225,7 @@ def _minimise(
 
     Arrays of the rows are (3, rows) and written in place: new ones cost more than the arithmetic.
     """
-    kind = np.float32 if tolerance >= _SINGLE else np.float64
+    kind: Any = np.float32 if tolerance >= _SINGLE else np.float64
     operator = program.operator.astype(kind)
     transposed = operator.T.tocsr()
     factor = factored((program.normal + program.ridge).astype(kind))

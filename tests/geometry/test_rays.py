@@ -60,7 +60,8 @@ def test_texels_lie_where_their_barycentric_coordinates_say():
         [[[10, 20], [250, 40], [90, 280]], [[255, 50], [290, 290], [120, 285]]], float
     )
     face, weight = texels(corners, size)
-    assert set(np.unique(face)) == {-1, 0, 1} and face.dtype == np.int32
+    assert set(np.unique(face)) == {-1, 0, 1}
+    assert face.dtype == np.int32
     rows, columns = np.nonzero(face >= 0)
     at = (weight[rows, columns, :, None] * corners[face[rows, columns]]).sum(axis=1)
     np.testing.assert_allclose(at, np.stack([columns + 0.5, size - rows - 0.5], 1), atol=1e-2)

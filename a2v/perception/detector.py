@@ -15,6 +15,7 @@ import numpy as np
 from typing_extensions import Self
 
 from a2v.kinematics.names import MIRRORED_BLAZEPOSE
+from a2v.perception.mediapipe import load_mediapipe
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _WIDER = (0.0, 0.12, 0.3, 0.6)
@@ -119,9 +120,7 @@ class Solution:
         os.environ.setdefault("GLOG_minloglevel", "3")
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
         with silenced():
-            import mediapipe as mp
-
-            self._graph = self._made(mp.solutions)
+            self._graph = self._made(load_mediapipe().solutions)
             self._graph._graph.wait_until_idle()  # its threads open the models, and log it
         return self
 

@@ -354,7 +354,7 @@ def _solved(
     """
     from scipy.sparse import coo_matrix
 
-    from a2v.geometry.mesh import Cholesky
+    from a2v.geometry.mesh import factored
 
     a, b = numbers
     count = len(start)
@@ -370,6 +370,5 @@ def _solved(
     rows = np.concatenate([np.arange(count), a[both], b[both]])
     columns = np.concatenate([np.arange(count), b[both], a[both]])
     entries = np.concatenate([diagonal, -trusted[both], -trusted[both]])
-    return np.asarray(
-        Cholesky(coo_matrix((entries, (rows, columns)), shape=(count, count))).solve(right)
-    )
+    system = coo_matrix((entries, (rows, columns)), shape=(count, count))
+    return np.asarray(factored(system).solve(right))

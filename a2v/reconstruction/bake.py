@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from a2v.reconstruction.merged import OtherPhoto, mixed
 from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.system import thread_count
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.types import FloatArray, IntArray
 
 BAND = 256
 """Number of rows of the texture that are colored at a time; bounds memory."""
@@ -32,7 +33,7 @@ def bake(
     photo: PhotoProjection,
     paint: FacePaint | None,
     continued: Continuation | None,
-    atlas: Atlas,
+    padded: PaddedAtlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
     """Return the texture (size, size, 3) uint8 and its coordinates: trusted colors of the photo,
@@ -40,6 +41,7 @@ def bake(
 
     With several photos, each texel takes the most trusted one (`mixed`).
     """
+    atlas = padded.atlas
     size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
     normals, colors = mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
@@ -99,30 +101,47 @@ def bake(
 
     with ThreadPoolExecutor(thread_count()) as threads:
         list(threads.map(fill, range(0, size, BAND)))
-    filled_texel = _with_slivers(texture, atlas, colors[faces])
-    # extend the charts beyond their borders, so that filtering and mipmaps show no gaps
-    index = nearest_known(filled_texel)
-    return atlas.uv, texture[index[0], index[1]]
-
-
-def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
-    """Return which texels (size, size) of a texture have colors, after coloring slivers between
-    texel centers.
-
-    `corners` (F, 3, 3) are those of the faces. A sliver would show the color of any chart nearby,
-    so each gets a colored spot of its own in the padding.
-    """
-    filled = np.asarray(atlas.face >= 0)
-    missed = np.setdiff1d(np.arange(len(corners)), atlas.face[filled])
-    middle = atlas.uv[missed].mean(axis=1) * atlas.size
-    row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
-    column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
-    lone = ~filled[row, column]
-    texture[row[lone], column[lone]] = np.clip(
-        corners[missed[lone]].mean(axis=1) * 255 + 0.5, 0, 255
+    rows, columns = padded.spots
+    texture[rows, columns] = np.clip(
+        colors[faces[padded.slivers]].mean(axis=1) * 255 + 0.5, 0, 255
     ).astype(np.uint8)
-    filled[row[lone], column[lone]] = True
-    return filled
+    return atlas.uv, texture[padded.nearest[0], padded.nearest[1]]
+
+
+@dataclass(frozen=True, eq=False)
+class PaddedAtlas:
+    """A layout whose charts are extended beyond their borders, so that filtering and mipmaps show
+    no gaps.
+
+    Attributes
+    ----------
+    atlas : Atlas
+    slivers : (n,) int
+        Faces between texel centers. A sliver would show the color of any chart nearby, so each gets
+        a colored texel of its own in the padding.
+    spots : two arrays (n,) int
+        Rows and columns of these texels.
+    nearest : two arrays (size, size) int
+        Row and column of the nearest texel with a color.
+    """
+
+    atlas: Atlas
+    slivers: IntArray
+    spots: tuple[IntArray, IntArray]
+    nearest: tuple[IntArray, IntArray]
+
+    @classmethod
+    def of(cls, atlas: Atlas) -> PaddedAtlas:
+        """Pad the layout of a mesh."""
+        filled = np.asarray(atlas.face >= 0)
+        missed = np.setdiff1d(np.arange(len(atlas.uv)), atlas.face[filled])
+        middle = atlas.uv[missed].mean(axis=1) * atlas.size
+        row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
+        column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
+        lone = ~filled[row, column]
+        spots = row[lone], column[lone]
+        filled[spots] = True
+        return cls(atlas, missed[lone], spots, nearest_known(filled))
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:

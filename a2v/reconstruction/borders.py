@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.mesh import evened, within
+from a2v.geometry.mesh import Rings, within
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 5
@@ -44,14 +44,15 @@ class Borders:
         the photo shows those that are `known` (V,)."""
         kinds = np.unique(labels)
         hard = (labels[:, None] == kinds).astype(np.float64)
-        near = evened(faces, hard, _ROUNDS)
-        shares = np.where(known[:, None], near, evened(faces, near, _GUESSED))
+        rings = Rings(faces, len(labels))
+        near = rings.evened(hard, _ROUNDS)
+        shares = np.where(known[:, None], near, rings.evened(near, _GUESSED))
         carried = []
         for kind in range(len(kinds)):
             own = hard[:, kind, None]
             value, weight = own * colors, own
             for _ in range(_ROUNDS + 3):
-                grown = evened(faces, np.concatenate([value, weight], axis=1))
+                grown = rings.evened(np.concatenate([value, weight], axis=1))
                 value = np.where(own > 0, own * colors, grown[:, :3])
                 weight = np.where(own > 0, own, grown[:, 3:])
             carried.append(np.where(weight > 1e-6, value / np.maximum(weight, 1e-6), colors))

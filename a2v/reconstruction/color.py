@@ -14,10 +14,10 @@ from a2v.body.parts import on_parts
 from a2v.body.spots import Spots
 from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
-from a2v.reconstruction.atlas import Atlas, make_atlas
+from a2v.reconstruction.atlas import make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
 from a2v.reconstruction.backs.seen import HANDS
-from a2v.reconstruction.bake import bake
+from a2v.reconstruction.bake import PaddedAtlas, bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_like, skin_of_hands
 from a2v.reconstruction.colored import ColoredMesh
@@ -67,7 +67,7 @@ class ColorSettings:
 
     lambda_nn: float = 1.0
     neighbors: int = 10
-    tolerance: float = 1e-3
+    tolerance: float = 3e-3
     band: float = 0.015
     texture: int = 2048
     synthesis: bool = True
@@ -388,9 +388,9 @@ def _atlas(
     camera: OrthographicCamera,
     canvas: Canvas | None,
     size: int,
-) -> Atlas:
+) -> PaddedAtlas:
     """The layout of the texture."""
-    return (
+    return PaddedAtlas.of(
         make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
         if canvas is None
         else canvas.atlas

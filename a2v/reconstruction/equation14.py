@@ -4,7 +4,7 @@
     c_x'||_2 ]
 
 The norms are not squared, so a few wrong prior colors do not bleed; in the transition band only the
-second term counts. It is solved by ADMM (Boyd et al. 2011): one sparse factorization (`splu`), then
+second term counts. It is solved by ADMM (Boyd et al. 2011): one sparse factorization, then
 only back-substitutions and shrinkages.
 """
 
@@ -16,7 +16,13 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.mesh import factored
 from a2v.types import BoolArray, FloatArray, IntArray
+
+_RELAXED = 1.6
+"""Over-relaxation of ADMM."""
+_SINGLE = 1e-5
+"""Smallest tolerance that is reached in single precision."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -215,43 +221,45 @@ def _minimise(
     program: _Programme, tolerance: float, max_iterations: int
 ) -> tuple[FloatArray, int, float]:
     """Colors (n, 3) of the free vertices by over-relaxed ADMM, the number of iterations, and the
-    final residual."""
-    from scipy.sparse.linalg import splu
+    final residual.
 
-    operator, target, weight = program.operator, program.target, program.weight
-    system = (program.normal + program.ridge).tocsc()
-    factor = splu(
-        system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
-    pull = program.ridge @ program.start
-    value = program.start
-    slack = operator @ value - target
-    dual = np.zeros_like(slack)
+    Arrays of the rows are (3, rows) and written in place: new ones cost more than the arithmetic.
+    """
+    kind: Any = np.float32 if tolerance >= _SINGLE else np.float64
+    operator = program.operator.astype(kind)
+    transposed = operator.T.tocsr()
+    factor = factored((program.normal + program.ridge).astype(kind))
+    target, weight = np.ascontiguousarray(program.target.T, kind), program.weight.astype(kind)
+    pull = np.ascontiguousarray((program.ridge @ program.start).T, kind)
+    value = np.ascontiguousarray(program.start.T, kind)
+    slack = _columns(operator, value) - target
+    dual, previous, argument = np.zeros_like(slack), np.empty_like(slack), np.empty_like(slack)
     rho, residual, iteration = 10.0, np.inf, 0
     norm_target = np.linalg.norm(target) + 1.0
-    anchors = np.arange(len(target))[:, None] >= program.pairs
-    transposed = operator.T.tocsr()
+    anchors = np.arange(len(weight)) >= program.pairs
     for iteration in range(1, max_iterations + 1):
-        value = factor.solve(np.ascontiguousarray(transposed @ (target + slack - dual) + pull))
-        gap = operator @ value - target
-        relaxed = 1.6 * gap + (1 - 1.6) * slack  # over-relaxation
-        argument = relaxed + dual
-        length = np.sqrt(
-            np.einsum("ij,ij->i", argument, argument)
-        )  # three times as fast as np.linalg.norm
-        previous = slack
-        slack = (
-            argument * np.maximum(0.0, 1.0 - (weight / rho) / np.maximum(length, 1e-300))[:, None]
-        )
-        dual = argument - slack
+        np.add(target, slack, out=argument)
+        argument -= dual
+        value = factor.solve((_columns(transposed, argument) + pull).T).T
+        gap = _columns(operator, value)
+        gap -= target
+        slack, previous = previous, slack
+        np.multiply(gap, _RELAXED, out=argument)
+        np.multiply(previous, 1 - _RELAXED, out=slack)
+        argument += slack
+        argument += dual
+        length = np.sqrt(np.einsum("ij,ij->j", argument, argument))
+        np.maximum(length, 1e-30, out=length)
+        np.multiply(argument, np.maximum(0.0, 1.0 - (weight / rho) / length), out=slack)
+        np.subtract(argument, slack, out=dual)
         if iteration % 10 == 0 or iteration == max_iterations:
             size = max(
                 float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * float(norm_target)
             )
             primal = float(np.linalg.norm(gap - slack)) / size
-            moved = float(np.linalg.norm(transposed @ (slack - previous)))
+            moved = float(np.linalg.norm(_columns(transposed, slack - previous)))
             backward = moved / max(
-                float(np.linalg.norm(transposed @ np.where(anchors, dual, 0.0))), 1e-3
+                float(np.linalg.norm(_columns(transposed, np.where(anchors, dual, 0.0)))), 1e-3
             )
             residual = max(primal, backward)
             if residual < tolerance:
@@ -263,4 +271,9 @@ def _minimise(
                     rho, dual = rho * 2, dual / 2
                 elif backward > 5 * primal:
                     rho, dual = rho / 2, dual * 2
-    return value, iteration, residual
+    return value.T.astype(np.float64), iteration, residual
+
+
+def _columns(matrix: Any, rows: FloatArray) -> FloatArray:
+    """Return the products (3, m) of a sparse matrix (m, n) with the `rows` (3, n)."""
+    return np.stack([matrix @ row for row in rows])

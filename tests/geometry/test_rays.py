@@ -5,7 +5,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from a2v.geometry.rays import RayScene, signed_distance_and_normals
+from a2v.geometry.rays import RayScene, signed_distance_and_normals, texels
 from a2v.processes import python_command
 
 
@@ -52,3 +52,19 @@ def test_open3d_comes_without_dash():
     )
     told = subprocess.run(python_command(code), capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
+
+
+def test_texels_lie_where_their_barycentric_coordinates_say():
+    size = 300  # more than one block of rows
+    corners = np.array(
+        [[[10, 20], [250, 40], [90, 280]], [[255, 50], [290, 290], [120, 285]]], float
+    )
+    face, weight = texels(corners, size)
+    assert set(np.unique(face)) == {-1, 0, 1}
+    assert face.dtype == np.int32
+    rows, columns = np.nonzero(face >= 0)
+    at = (weight[rows, columns, :, None] * corners[face[rows, columns]]).sum(axis=1)
+    np.testing.assert_allclose(at, np.stack([columns + 0.5, size - rows - 0.5], 1), atol=1e-2)
+    area = 0.5 * np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    np.testing.assert_allclose(np.bincount(face[face >= 0]), area, rtol=5e-3)
+    assert (weight[face < 0] == 0).all()

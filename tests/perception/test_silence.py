@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from a2v.perception.detector import silenced
+from a2v.processes import python_command
 
 REMARKS = (
     "INFO: Created TensorFlow Lite XNNPACK delegate for CPU.\n",
@@ -56,3 +57,17 @@ def test_mediapipe_says_nothing() -> None:
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stderr == ""
+
+
+def test_mediapipe_is_imported_without_matplotlib_which_stays_whole() -> None:
+    code = (
+        "import sys\n"
+        "from a2v.perception.mediapipe import load_mediapipe\n"
+        "solutions = load_mediapipe().solutions\n"
+        "assert 'matplotlib' not in sys.modules and 'matplotlib.pyplot' not in sys.modules\n"
+        "plot = solutions.drawing_utils.plt.figure\n"
+        "import matplotlib.pyplot\n"
+        "assert plot is matplotlib.pyplot.figure\n"
+        "assert load_mediapipe().solutions is solutions\n"
+    )
+    subprocess.run(python_command(code), check=True, capture_output=True)

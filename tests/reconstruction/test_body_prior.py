@@ -176,7 +176,7 @@ def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
     assert back.sum() > 50
     assert np.abs(colored.colors[back] - JACKET).max(axis=1).mean() < 0.08
     assert not colored.visible[back].any()
-    assert colored.provenance["eq14"]["residual"] <= 1e-3
+    assert colored.provenance["eq14"]["residual"] <= ColorSettings().tolerance
 
 
 def painted(scene, surface: Surface, change) -> Surface:

@@ -3,14 +3,19 @@ skin."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.geometry.mesh import Cholesky, vertex_normals
+from a2v.geometry.mesh import factored, vertex_normals
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.columns import binary_distance, front_seen, sample_columns
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.types import FloatArray, IntArray
+
+EVERYWHERE = 10.0
+"""Length over which a field on the skin fades out that is known everywhere, meters."""
 
 
 class SkinDeformer:
@@ -51,7 +56,8 @@ class SkinDeformer:
         self._mass = np.maximum(
             np.bincount(faces.ravel(), np.repeat(area, 3), minlength=count), 1e-9
         )
-        self._diffusion: dict[float, Cholesky] = {}
+        self._diffusion: dict[float, Any] = {}
+        self._everywhere: dict[float, Any] = {}
 
     def spread(
         self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray
@@ -64,12 +70,30 @@ class SkinDeformer:
         import scipy.sparse as sp
 
         pull = weight * self._mass / near**2
-        rough = Cholesky(self._stiffness + sp.diags(pull + self._mass / fade**2)).solve(
+        rough = factored(self._stiffness + sp.diags(pull + self._mass / fade**2)).solve(
             pull[:, None] * target
         )
+        return self._diffused(rough, near)
+
+    def smoothed(self, target: FloatArray, *, near: float) -> FloatArray:
+        """Return `target` (V, k) smoothed over lengths of `near` meters: `spread` with weight 1 and
+        a fade of `EVERYWHERE`, factored once for each `near`."""
+        import scipy.sparse as sp
+
+        pull = self._mass / near**2
+        if near not in self._everywhere:
+            self._everywhere[near] = factored(
+                self._stiffness + sp.diags(pull + self._mass / EVERYWHERE**2)
+            )
+        return self._diffused(self._everywhere[near].solve(pull[:, None] * target), near)
+
+    def _diffused(self, rough: FloatArray, near: float) -> FloatArray:
+        """Diffuse a field (V, k) once more over `near` meters, which removes its kinks."""
+        import scipy.sparse as sp
+
         if near not in self._diffusion:
-            self._diffusion[near] = Cholesky(sp.diags(self._mass) + near**2 * self._stiffness)
-        return self._diffusion[near].solve(self._mass[:, None] * rough)
+            self._diffusion[near] = factored(sp.diags(self._mass) + near**2 * self._stiffness)
+        return np.asarray(self._diffusion[near].solve(self._mass[:, None] * rough))
 
 
 def pull_to_contour(
@@ -128,9 +152,7 @@ def pull_to_contour(
         np.where(head, np.where(normals[:, 2] > 0, 0.0, 0.8), np.where(stiff, 0.3, 1.0))
         * settings.depth
     )
-    share = deformer.spread(
-        np.ones(len(skin)), share[:, None], near=0.03, fade=np.full(len(skin), 10.0)
-    )[:, 0]
+    share = deformer.smoothed(share[:, None], near=0.03)[:, 0]
     result = skin.copy()
     result[:, :2] += np.clip(flat, -settings.reach, settings.reach)
     result[:, 2] += np.clip(push, -0.02, 0.05) * share * normals[:, 2]
@@ -147,16 +169,14 @@ def drape(
     )
     normals = vertex_normals(bare, faces)
     stand_off = np.clip(((skin - bare) * normals).sum(axis=1), 0, None)
-    every = np.full(len(skin), 10.0)
+    every = np.full(len(skin), EVERYWHERE)
     # mean of the stand-off around the limb, not only of the rim
     loose: FloatArray = deformer.spread(
         np.where(covered, 1.0, 0.2), stand_off[:, None], near=0.06, fade=every
     )[:, 0]
     loose = np.where(covered, np.clip(loose / 0.012, 0, 1), 0.0)
-    share = deformer.spread(np.ones(len(skin)), loose[:, None], near=0.03, fade=every)[:, 0]
-    smooth = deformer.spread(
-        np.ones(len(skin)), skin - bare.mean(axis=0), near=0.035, fade=every
-    ) + bare.mean(axis=0)
+    share = deformer.smoothed(loose[:, None], near=0.03)[:, 0]
+    smooth = deformer.smoothed(skin - bare.mean(axis=0), near=0.035) + bare.mean(axis=0)
     # the rim stays at the photo's contour
     change = (smooth - skin) * share[:, None]
     change[:, :2] = 0.0

@@ -4,11 +4,13 @@ that no pose tears it."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from a2v.body.face import EYES, teeth
 from a2v.body.parts import on_parts
+from a2v.io import digest_of_arrays, read_npz
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.types import Body, BoolArray, FloatArray, IntArray
 
@@ -42,17 +44,42 @@ _SMOOTHED = (
 )
 """Parts on which weights are averaged. Elbows, knees and fingers keep the model's creases."""
 
+WEIGHTS = Path(__file__).parent / "weights_anny.npz"
+"""The result of `found_weights` for the installed Anny."""
+
 
 def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
-    """Return the four skinning weights (V, 4) of each vertex of the mesh, largest first, and their
-    bones (V, 4)."""
+    """Return the four skinning weights (V, 4) float32 of each vertex of the mesh, largest first,
+    and their bones (V, 4) int32.
+
+    They do not depend on shape and pose. Those of the installed Anny are read from `WEIGHTS`, which
+    `scripts/make_canonical.py` makes; for other weights of the body they are computed.
+    """
+    known = read_npz(WEIGHTS)
+    if np.array_equal(known["key"], binding_key(mesh, body)):
+        return known["weights"], known["bones"].astype(np.int32)
+    return found_weights(mesh, body)
+
+
+def binding_key(mesh: Topology, body: Body) -> np.ndarray:
+    """Return the digest (32,) uint8 of all that `found_weights` depends on."""
+    free = np.array([_STEEPEST, _ROUNDS, _RINGS])
+    names = np.array([*body.bone_names, *_SMOOTHED, *np.concatenate(_ALIKE)])
+    return digest_of_arrays(
+        mesh.faces, mesh.nearest, mesh.skin, body.weights, body.parts, names, free
+    )
+
+
+def found_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
+    """Compute `four_weights`."""
     of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
     dense = mesh.spread(np.concatenate([body.weights, of_teeth]).astype(np.float64))
     free = mesh.skin & on_parts(body.parts[mesh.nearest], *_SMOOTHED)
     dense = one_of_alike(softened(dense, mesh.faces, free), body.bone_names)
     bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(dense, bones, axis=1)
-    return largest / largest.sum(axis=1, keepdims=True), bones
+    largest /= largest.sum(axis=1, keepdims=True)
+    return largest.astype(np.float32), bones.astype(np.int32)
 
 
 def softened(weights: FloatArray, faces: IntArray, free: BoolArray) -> FloatArray:

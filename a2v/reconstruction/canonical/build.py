@@ -242,8 +242,8 @@ def standing_of(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
     weights, bones = four_weights(mesh, body)
     return Standing(
         vertices=vertices.astype(np.float32),
-        weights=weights.astype(np.float32),
-        bones=bones.astype(np.int32),
+        weights=weights,
+        bones=bones,
         anchors=mesh.nearest.astype(np.int32),
         parts=body.parts[mesh.nearest].astype(np.int8),
     )

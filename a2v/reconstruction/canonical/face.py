@@ -12,7 +12,7 @@ from a2v.body.face import EYES, SKIN
 from a2v.body.fingers import reskinned
 from a2v.body.registry import load_body_model
 from a2v.body.spots import moved_from_rest
-from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian
+from a2v.geometry.mesh import cotangent_weights, factored, laplacian
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.reconstruction.face.build import (
@@ -180,4 +180,5 @@ def _followed(rest: FloatArray, moved: FloatArray, own: np.ndarray) -> FloatArra
     reach = cKDTree(rest[own]).query(rest, workers=1)[0]
     held = np.where(reach < 1e-9, 1e6, np.where(reach > _AROUND, 1e6, 0.0))
     system = laplacian(cotangent_weights(rest, faces)) + diags(held + 1e-9)
-    return Cholesky(system).solve(held[:, None] * np.where(reach[:, None] < 1e-9, moved, 0.0))
+    pulled = held[:, None] * np.where(reach[:, None] < 1e-9, moved, 0.0)
+    return np.asarray(factored(system).solve(pulled))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas
+from a2v.geometry.mesh import cotangent_weights, factored, laplacian, vertex_areas
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _TWIN = 0.3
@@ -73,4 +73,4 @@ def solve_offsets(
     stiff = laplacian(cotangent_weights(mesh.vertices, mesh.faces))
     plate = stiff @ diags(1 / area) @ stiff
     system = diags(area * (c + 1e-6)) + smoothing**4 * plate + _STIFF**2 * stiff
-    return np.asarray(Cholesky(system).solve((area * c * o)[:, None])[:, 0])
+    return np.asarray(factored(system).solve(area * c * o))

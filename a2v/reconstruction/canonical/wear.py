@@ -7,7 +7,7 @@ import numpy as np
 
 from a2v.body.face import SKIN
 from a2v.body.parts import PARTS, on_parts
-from a2v.geometry.mesh import evened, laplacian
+from a2v.geometry.mesh import Rings, evened, laplacian
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.types import Body, BoolArray, FloatArray, IntArray
@@ -125,14 +125,14 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
         shape=(len(rest), len(rest)),
     )
     system = identity(len(rest)) + diags(_STUB * share**2) @ laplacian(edges)
-    points = np.asarray(spsolve(system.tocsc(), rest))
+    points, rings = np.asarray(spsolve(system.tocsc(), rest)), Rings(faces, len(rest))
     for _ in range(_SPREAD):
         way = unit(points - middle, least=1e-9)
         along = way @ hull.equations[:, :3].T
         reach = np.where(along > 1e-6, lengths / np.maximum(along, 1e-6), np.inf).min(axis=1)
         on_hull = middle + (reach[:, None] + _LEATHER) * way
         placed = np.where(ahead[:, None], on_hull, rest)
-        points = np.where(ahead[:, None], evened(faces, placed), rest)
+        points = np.where(ahead[:, None], rings.evened(placed), rest)
     return np.asarray(rest + share[:, None] * (placed - rest))
 
 

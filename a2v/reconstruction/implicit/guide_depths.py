@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.body.skin import skin_vertices
 from a2v.geometry.images import sample_image
-from a2v.geometry.mesh import laplacian
+from a2v.geometry.mesh import factored, laplacian
 from a2v.geometry.visibility import visible_vertices
 from a2v.reconstruction.implicit.inputs import GUIDE
 from a2v.reconstruction.implicit.model import ImplicitPerson
@@ -72,12 +72,10 @@ def spread_over_mesh(values: FloatArray, trust: FloatArray, faces: IntArray) -> 
     It is 0 far from all known values.
     """
     from scipy.sparse import coo_matrix, diags
-    from scipy.sparse.linalg import spsolve
 
     count = values.shape[1]
     beside = coo_matrix(
         (np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())), (count, count)
     )
     matrix = diags(trust.sum(axis=0) + 1e-3) + STIFFNESS * laplacian((beside + beside.T) / 2)
-    result: FloatArray = spsolve(matrix.tocsc(), (trust * values).sum(axis=0))
-    return result
+    return np.asarray(factored(matrix).solve((trust * values).sum(axis=0)))

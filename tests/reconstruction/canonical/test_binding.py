@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -12,7 +14,13 @@ from a2v.body.fingers import reskinned
 from a2v.body.parts import on_parts
 from a2v.body.spots import rest_vertices
 from a2v.kinematics.skeleton import subtree
-from a2v.reconstruction.canonical.binding import four_weights, one_of_alike, softened
+from a2v.reconstruction.canonical.binding import (
+    binding_key,
+    found_weights,
+    four_weights,
+    one_of_alike,
+    softened,
+)
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.skirt import make_skirt, skirt_faces
 from a2v.reconstruction.canonical.topology import topology
@@ -146,3 +154,25 @@ def test_legs_are_thin_under_a_skirt_and_whole_below_its_hem(rest_body: Body) ->
     band = legs & (skin[:, 0] > 0) & (np.abs(skin[:, 1] - knee - 0.15) < 0.02)
     assert np.ptp(thin[band, 2]) < 0.6 * np.ptp(skin[band, 2])
     assert (thin[:, 1] == skin[:, 1]).all()
+
+
+def test_the_shipped_weights_are_those_of_the_mesh(rest_body: Body) -> None:
+    weights, bones = four_weights(topology(), rest_body)
+    found, where = found_weights(topology(), rest_body)
+    np.testing.assert_allclose(weights, found, atol=1e-6)
+    assert (bones == where).mean() > 0.9999  # equal weights may change their order
+    assert weights.dtype == found.dtype == np.float32
+    assert bones.dtype == where.dtype == np.int32
+
+
+def test_weights_of_another_body_are_not_the_shipped_ones(rest_body: Body) -> None:
+    other = rest_body.weights.copy()
+    near = on_parts(rest_body.parts, "left_hand")
+    other[near] = 0.0
+    other[near, rest_body.bone_names.index("lowerarm01.L")] = 1.0
+    body = dataclasses.replace(rest_body, weights=other)
+    assert not np.array_equal(binding_key(topology(), body), binding_key(topology(), rest_body))
+    weights, bones = four_weights(topology(), body)
+    stiff = np.flatnonzero(near[topology().nearest] & topology().skin)
+    assert np.array_equal(weights, found_weights(topology(), body)[0])
+    assert (bones[stiff, 0] == rest_body.bone_names.index("lowerarm01.L")).mean() > 0.9

@@ -107,7 +107,7 @@ class LiveTracker:
             found = look_at_body(image, person.mask, threads=1)
         except InputError:  # an empty mask
             return None
-        keypoints, merged = mended(person.keypoints, points, found, stance=False)
+        keypoints, merged = mended(person.keypoints, points, found)
         keypoints[:, 2] = np.minimum(keypoints[:, 2], 0.3 + person.keypoints[:, 2])
         height = height_in_pixels(found.landmarks)
         _, scale = picture_plane(person.keypoints, person.keypoints_3d)

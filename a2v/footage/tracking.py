@@ -274,10 +274,7 @@ class Tracker:
         except InputError:  # an empty mask
             return plain
         keypoints, points = mended(
-            person.keypoints,
-            put_upright(person.keypoints, person.keypoints_3d),
-            found,
-            stance=False,
+            person.keypoints, put_upright(person.keypoints, person.keypoints_3d), found
         )
         keypoints[:, 2] = np.minimum(keypoints[:, 2], 0.3 + person.keypoints[:, 2])
         keypoints[:, :2] = (keypoints[:, :2] - SQUARE / 2) / scale + middle

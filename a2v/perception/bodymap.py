@@ -15,7 +15,6 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT, MIRRORED_BLAZEPOSE
-from a2v.kinematics.stance import leg_stance
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.perception.depth import HIPS, picture_plane
 from a2v.sessions import open_session, read_metadata
@@ -107,7 +106,6 @@ def mended(
     found: BodyMap,
     *,
     keep: bool = False,
-    stance: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """Merge the detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, with the
     body map's: means weighted by their expected errors.
@@ -125,9 +123,6 @@ def mended(
         Body map of the same picture.
     keep : bool
         The user has given `keypoints`; they replace the detector's and are not changed.
-    stance : bool
-        Use only the detector's depths of a person whose both legs stand. They are better than the
-        mean in photographs, but not in films, where a person stands in some frames.
 
     Returns
     -------
@@ -146,14 +141,6 @@ def mended(
     apart = gap > _APART
     share[apart] = share[apart, :1] > 0.5  # never between two places
     deep = _depths_in_pixels(keypoints, keypoints_3d)
-    if stance and all(
-        leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")
-    ):
-        share[:, 1] = (
-            # the detector's depths are corrected on standing people and most accurate for them
-            # (docs/research/fitting.md)
-            0
-        )
     share[~np.isfinite(deep), 1] = 1
     depth = (
         np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep))

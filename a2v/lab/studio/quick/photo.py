@@ -114,6 +114,15 @@ def quick_view(
         ).astype(np.float32),
         scale=1 / side,
         yaw=float((yaw + 180) % 360 - 180),
+        camera=np.array(
+            [
+                placed.frame.over_floor,
+                placed.frame.pitch,
+                0.5 - square.middle[0] / side,
+                0.5 + square.middle[1] / side,
+            ],
+            np.float32,
+        ),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from a2v.errors import InputError
 from a2v.lab.studio.settings import PEOPLE
 
-VERSION = 2
+VERSION = 3
 """Version of the views that a seed gives. Raise it when quick views change, so that a folder never
 mixes two kinds."""
 

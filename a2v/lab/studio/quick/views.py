@@ -49,6 +49,9 @@ class QuickView:
         Sides of the square per meter.
     yaw : float
         Turn of the person about the vertical, degrees; positive toward the person's left.
+    camera : (4,) float32
+        Distance over the floor from the camera to the person's middle, meters; angle by which the
+        camera looks down, radians; u and v of the optical axis. NaN where unknown.
     """
 
     photo: ByteArray
@@ -60,6 +63,7 @@ class QuickView:
     landmarks: FloatArray
     scale: float
     yaw: float
+    camera: FloatArray = field(default_factory=lambda: np.full(4, np.nan, np.float32))
 
     @property
     def hidden(self) -> BoolArray:
@@ -100,9 +104,11 @@ class QuickShard(Record):
     places : (N, 64, 64, 3) int8, front : (N, 64, 64) float16, back : (N, 64, 64) float16
     landmarks : (N, 33, 3) float32, scales : (N,) float32, yaws : (N,) float32
         See `QuickView`.
+    cameras : (N, 4) float32
+        `QuickView.camera`. Files before version 3 have none, which reads as NaN.
     """
 
-    may_hold_nan = frozenset({"front", "back"})
+    may_hold_nan = frozenset({"front", "back", "cameras"})
 
     photos: ByteArray
     ends: IntArray
@@ -114,11 +120,15 @@ class QuickShard(Record):
     scales: FloatArray
     yaws: FloatArray
     things: ByteArray = field(default_factory=lambda: np.zeros((0, PHOTO * PHOTO // 8), np.uint8))
+    cameras: FloatArray = field(default_factory=lambda: np.zeros((0, 4), np.float32))
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
         if not len(self.things):
             object.__setattr__(self, "things", np.zeros_like(self.masks))
+        if not len(self.cameras):
+            unknown = np.full((len(self.ends), 4), np.nan, np.float32)
+            object.__setattr__(self, "cameras", unknown)
         for name, shape in {
             "photos": ("B",),
             "ends": ("N",),
@@ -130,6 +140,7 @@ class QuickShard(Record):
             "landmarks": ("N", 33, 3),
             "scales": ("N",),
             "yaws": ("N",),
+            "cameras": ("N", 4),
         }.items():
             self._check(name, shape, sizes)
         if len(self.ends) and (
@@ -151,6 +162,7 @@ class QuickShard(Record):
             landmarks=np.stack([view.landmarks for view in views]),
             scales=np.array([view.scale for view in views], np.float32),
             yaws=np.array([view.yaw for view in views], np.float32),
+            cameras=np.stack([view.camera for view in views]),
         )
 
     def __len__(self) -> int:
@@ -170,6 +182,7 @@ class QuickShard(Record):
             landmarks=self.landmarks[index],
             scale=float(self.scales[index]),
             yaw=float(self.yaws[index]),
+            camera=self.cameras[index],
         )
 
 

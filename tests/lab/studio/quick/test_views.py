@@ -26,6 +26,7 @@ from a2v.lab.studio.quick.photo import places_of
 from a2v.lab.studio.quick.settings import BLOCK, SHARD, QuickSettings
 from a2v.lab.studio.quick.views import MAP, QuickShard, QuickView, list_shards, shard_path
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
+from a2v.types import OrthographicCamera, PhotoCamera
 
 SETTINGS = QuickSettings(
     people="avatars", seed=2, things=0.0, furniture=0.0, others=0.0, photographs=0.0
@@ -98,6 +99,37 @@ def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView])
                 gaps.append(np.abs(view.places[row, column, :2] / 127 - places[joint, :2]).max())
     assert len(gaps) > 8
     assert np.median(gaps) < 0.12
+
+
+def test_in_the_camera_of_a_view_left_and_right_limbs_are_equally_long(
+    block: list[QuickView],
+) -> None:
+    """Moved back to the world by the view's camera, people are symmetrical; read as an orthographic
+    picture they are not."""
+    bones = np.array([[11, 13], [13, 15], [23, 25], [25, 27]])
+    gaps: dict[str, list[float]] = {"true": [], "level": [], "flat": []}
+    for view in block:
+        distance, pitch, u, v = (float(value) for value in view.camera)
+        side = 1 / view.scale
+        assert SETTINGS.distance[0] - 1e-3 <= distance <= SETTINGS.distance[1] + 1e-3
+        marks = view.landmarks.astype(np.float64)
+        flat = np.stack([marks[:, 0] - u, v - marks[:, 1], marks[:, 2]], axis=-1) * side
+        level = OrthographicCamera(scale=1.0, center_u=0.0, center_v=0.0)
+        for name, camera in {
+            "true": PhotoCamera(flat=level, distance=distance, pitch=pitch),
+            "level": PhotoCamera(flat=level, distance=distance),
+            "flat": PhotoCamera(flat=level),
+        }.items():
+            world = camera.raised(flat)
+            left, right = (
+                np.linalg.norm(world[bones[:, 0] + side] - world[bones[:, 1] + side], axis=-1)
+                for side in (0, 1)
+            )
+            gaps[name].append(float(np.abs(np.log(left / right)).mean()))
+    true, level_gap, flat_gap = (np.mean(gaps[name]) for name in ("true", "level", "flat"))
+    assert true < 0.02
+    assert level_gap > 1.3 * true
+    assert flat_gap > 2 * true
 
 
 def test_frames_are_as_the_settings_say(studio: QuickStudio, data: Path) -> None:

@@ -85,8 +85,7 @@ class AnnyModel(BodyModel):
             torch.from_numpy(projection),
         )
         self._tree = BoneTree(self.bone_parents)
-        self._subsets: dict[tuple[bytes, torch.dtype], tuple[Tensor, Tensor, Tensor]] = {}
-        self._of_bones: dict[torch.dtype, tuple[Tensor, Tensor, Tensor]] = {}
+        self._subsets: dict[tuple[bytes, torch.dtype], tuple[Tensor, Tensor]] = {}
         self.data = data
 
     def _fold(self, components: IntArray, projection: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -164,7 +163,7 @@ class AnnyModel(BodyModel):
             [torch.where(local >= 0, local, 0 * local), torch.where(local >= 0, 0 * local, -local)],
             dim=-1,
         )
-        return torch.cat([product @ self._bones(shape.dtype)[2], signed.flatten(-2)], dim=-1)
+        return torch.cat([product @ self._projection.to(shape), signed.flatten(-2)], dim=-1)
 
     def rest(self, shape: Tensor, vertex_ids: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Return vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (...,
@@ -172,34 +171,18 @@ class AnnyModel(BodyModel):
         coefficients = self.blend_coefficients(shape)
         template, blendshapes = self._template, self._blendshapes
         if vertex_ids is not None:
-            template, blendshapes, _ = self._subset(vertex_ids, shape.dtype)
+            template, blendshapes = self._subset(vertex_ids, shape.dtype)
         vertices = template.to(shape) + _blend(coefficients, blendshapes)
-        heads, head_blendshapes, _ = self._bones(shape.dtype)
-        return vertices, heads + _blend(coefficients, head_blendshapes)
+        heads = self._heads.to(shape) + _blend(coefficients, self._head_blendshapes)
+        return vertices, heads
 
-    def _subset(self, vertex_ids: Tensor, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
-        """Return template, blend shapes and weights of some vertices."""
+    def _subset(self, vertex_ids: Tensor, dtype: torch.dtype) -> tuple[Tensor, Tensor]:
+        """Return template and blend shapes of some vertices."""
 
-        def chosen() -> tuple[Tensor, Tensor, Tensor]:
-            return (
-                self._template[vertex_ids].to(dtype),
-                self._blendshapes[:, vertex_ids].to(dtype),
-                self._weights[vertex_ids].to(dtype),
-            )
+        def chosen() -> tuple[Tensor, Tensor]:
+            return self._template[vertex_ids].to(dtype), self._blendshapes[:, vertex_ids].to(dtype)
 
         return keep_recent(self._subsets, (vertex_ids.numpy().tobytes(), dtype), chosen)
-
-    def _bones(self, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
-        """Return heads and blend shapes of the bones, and the projection of the coefficients."""
-        return keep_recent(
-            self._of_bones,
-            dtype,
-            lambda: (
-                self._heads.to(dtype),
-                self._head_blendshapes.to(dtype),
-                self._projection.to(dtype),
-            ),
-        )
 
     def forward(
         self,
@@ -220,11 +203,7 @@ class AnnyModel(BodyModel):
         )
         rest_vertices, rest_heads = self.rest(shape, vertex_ids)
         transforms = self.pose_bones(rotmats, rest_heads, translation)
-        weights = (
-            self._weights.to(shape)
-            if vertex_ids is None
-            else self._subset(vertex_ids, shape.dtype)[2]
-        )
+        weights = (self._weights if vertex_ids is None else self._weights[vertex_ids]).to(shape)
         vertices = blend_skin(rest_vertices, weights, transforms=transforms, rest_heads=rest_heads)
         return BodyState(
             vertices=vertices,

@@ -32,8 +32,8 @@ class LimbBalls:
     Their centers and radii are measured on the default shape: for every part, the flesh is cut into
     slices across its longest axis (the torso also into left, middle and right) and each slice gets
     the largest ball that fits. Torso, forearms and hands are also filled with balls, of which those
-    of the torso and of the arms must not overlap: between the few balls of the slices a crossed
-    arm would pass through the belly.
+    of the torso and of an arm must not overlap: between the few balls of the slices a crossed arm
+    would pass through the belly.
     """
 
     def __init__(self, model: AnnyModel):
@@ -80,19 +80,20 @@ class LimbBalls:
                     and any(word in first + second for word in limb)
                 ):
                     pairs.append((i, j))
-        first_filling = len(parts)
+        trunk: list[int] = []
+        arms: list[int] = []
         for part, center, radius, bone in _filling(model, rest):
+            (trunk if part == "torso" else arms).append(len(parts))
             centers.append(center - heads[bone])
             radii.append(radius)
             bones.append(bone)
             parts.append(part)
-        for i in range(first_filling, len(parts)):
-            for j in range(i + 1, len(parts)):
+        for i in trunk:
+            for j in arms:
                 gap = np.linalg.norm(
                     (centers[i] + heads[bones[i]]) - (centers[j] + heads[bones[j]])
                 )
-                sides = {parts[i].partition("_")[0], parts[j].partition("_")[0]}
-                if len(sides) == 2 and gap > radii[i] + radii[j] + _APART:
+                if gap > radii[i] + radii[j] + _APART:
                     pairs.append((i, j))
         self._bones = torch.tensor(bones)
         self._centers = torch.from_numpy(np.array(centers, dtype=np.float32))

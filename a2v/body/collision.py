@@ -1,4 +1,4 @@
-"""Keep limbs out of the torso: balls inside of the body must not overlap."""
+"""Keep limbs out of the torso: balls along the bones must not overlap."""
 
 from __future__ import annotations
 
@@ -8,22 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.body.anny import AnnyModel
-from a2v.body.face import SKIN
 from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
 from a2v.body.skinning import BodyState
-from a2v.geometry.mesh import face_normals
-from a2v.geometry.rays import RayScene
-from a2v.types import FloatArray
 
 if TYPE_CHECKING:
     import torch
-
-_APART = 0.02
-"""Balls that are nearer to each other than this in the rest pose belong together, meters."""
-_GRID = 0.012
-"""Distance of the points inside of the body at which balls are tried, meters."""
-_LEAST = {"torso": 0.045, "lower_arm": 0.018, "hand": 0.012}
-"""Smallest radius of the balls that fill a part, meters."""
 
 
 class LimbBalls:
@@ -31,9 +20,7 @@ class LimbBalls:
 
     Their centers and radii are measured on the default shape: for every part, the flesh is cut into
     slices across its longest axis (the torso also into left, middle and right) and each slice gets
-    the largest ball that fits. Torso, forearms and hands are also filled with balls, of which those
-    of the torso and of the arms must not overlap: between the few balls of the slices a crossed
-    arm would pass through the belly.
+    the largest ball that fits.
     """
 
     def __init__(self, model: AnnyModel):
@@ -64,6 +51,9 @@ class LimbBalls:
                     radii.append(0.92 * radius)
                     bones.append(bone)
                     parts.append(part)
+        self._bones = torch.tensor(bones)
+        self._centers = torch.from_numpy(np.array(centers, dtype=np.float32))
+        self._radii = torch.from_numpy(np.array(radii, dtype=np.float32))
         touching = {frozenset(pair) for pair in PART_NEIGHBORS}
         limb = ("arm", "hand")
         pairs = []
@@ -73,30 +63,13 @@ class LimbBalls:
                 gap = np.linalg.norm(
                     (centers[i] + heads[bones[i]]) - (centers[j] + heads[bones[j]])
                 )
-                apart = gap > radii[i] + radii[j] + _APART
+                apart = gap > radii[i] + radii[j] + 0.02
                 if (first != second and apart and frozenset((first, second)) not in touching) or (
                     frozenset((first, second)) in touching
                     and apart
                     and any(word in first + second for word in limb)
                 ):
                     pairs.append((i, j))
-        first_filling = len(parts)
-        for part, center, radius, bone in _filling(model, rest):
-            centers.append(center - heads[bone])
-            radii.append(radius)
-            bones.append(bone)
-            parts.append(part)
-        for i in range(first_filling, len(parts)):
-            for j in range(i + 1, len(parts)):
-                gap = np.linalg.norm(
-                    (centers[i] + heads[bones[i]]) - (centers[j] + heads[bones[j]])
-                )
-                sides = {parts[i].partition("_")[0], parts[j].partition("_")[0]}
-                if len(sides) == 2 and gap > radii[i] + radii[j] + _APART:
-                    pairs.append((i, j))
-        self._bones = torch.tensor(bones)
-        self._centers = torch.from_numpy(np.array(centers, dtype=np.float32))
-        self._radii = torch.from_numpy(np.array(radii, dtype=np.float32))
         self._pairs = torch.tensor(pairs).T
 
     def penetration(self, state: BodyState) -> torch.Tensor:
@@ -109,37 +82,6 @@ class LimbBalls:
         gap = ((points[..., first, :] - points[..., second, :]).square().sum(dim=-1) + 1e-12).sqrt()
         radii = self._radii.to(gap)
         return (radii[first] + radii[second] - gap).clamp(min=0.0)
-
-
-def _filling(model: AnnyModel, rest: FloatArray) -> list[tuple[str, FloatArray, float, int]]:
-    """Balls that fill torso, forearms and hands of the body at `rest` (V, 3), meters: part, center
-    (3,), radius, and the bone of the nearest skin. The largest balls come first."""
-    from scipy.spatial import cKDTree
-
-    skin = model.faces[model.faces.max(axis=1) < SKIN.stop].astype(np.int64)
-    scene = RayScene(rest.astype(np.float32), skin.astype(np.int32))
-    normals = face_normals(rest, skin)
-    tree = cKDTree(rest[: SKIN.stop])
-    found = []
-    for name, least in _LEAST.items():
-        for part in (name,) if name == "torso" else (f"left_{name}", f"right_{name}"):
-            own = rest[: SKIN.stop][model.parts[: SKIN.stop] == PARTS.index(part)]
-            axes = [
-                np.arange(low, high, _GRID)
-                for low, high in zip(own.min(0), own.max(0), strict=True)
-            ]
-            points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-            points = points[scene.crossings(points.astype(np.float32), normals) > 0]
-            radius, nearest = tree.query(points, workers=1)
-            good = (model.parts[nearest] == PARTS.index(part)) & (radius > least)
-            points, radius, nearest = points[good], radius[good], nearest[good]
-            while len(points):
-                best = int(radius.argmax())
-                bone = int(model.weights[nearest[best]].argmax())
-                found.append((part, points[best], float(radius[best]), bone))
-                left = np.linalg.norm(points - points[best], axis=1) > radius[best]
-                points, radius, nearest = points[left], radius[left], nearest[left]
-    return found
 
 
 @lru_cache(maxsize=1)

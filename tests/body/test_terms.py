@@ -112,29 +112,6 @@ def test_arms_inside_of_the_trunk_are_noticed() -> None:
     assert inside.grad[space.index("right_arm_raise")] == 0
 
 
-def test_a_crossed_arm_may_not_lie_inside_of_the_belly() -> None:
-    """A forearm that enters the belly, and one before it. The balls of the slices alone leave the
-    first one where it is (6e-5)."""
-    model = load_body_model()
-    space, balls = pose_space(model), LimbBalls(model)
-    shape = torch.from_numpy(model.shape_default)
-
-    def overlap(twist: float, swing: float) -> float:
-        angles = torch.from_numpy(space.natural).clone()
-        for name, value in {
-            "arm_raise": -0.9,
-            "elbow_bend": 1.2,
-            "arm_twist": twist,
-            "arm_swing": swing,
-        }.items():
-            angles[space.index(f"left_{name}")] = value
-        state = model.forward(space.rotvecs(angles), shape)
-        return float(balls.penetration(state).square().sum())
-
-    assert overlap(0.3, -0.2) > 1e-3
-    assert overlap(-0.6, 0.4) == 0
-
-
 def test_angles_mirror() -> None:
     model = load_body_model()
     space = pose_space(model)

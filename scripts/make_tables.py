@@ -123,7 +123,7 @@ def main() -> int:
     """List the commands, or run them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--run", action="store_true", help="run them (about an hour of a core each)"
+        "--run", action="store_true", help="run them (about half an hour of a core in all)"
     )
     parser.add_argument("--only", choices=[table.name for table in TABLES], help="one table")
     parser.add_argument("--data", default="../shared/data")

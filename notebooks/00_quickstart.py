@@ -19,6 +19,10 @@
 # cell only adds its own step. Change a parameter and run the cells again: only the nodes that
 # depend on it are computed.
 #
+# The person of the sample photo, from perception to the character, is loaded
+# (`a2v.samples.load_ready_person`: the pipeline's own results); `LIVE = True` below computes these
+# stages too, from any photo. Motion, retargeting, vertices, frames and files are always computed.
+#
 # | stage | equation of the journal | lecture |
 # |---|---|---|
 # | photo to body | 15, 16, 18: joints and the pose prior | [06](06_fit_and_rig.ipynb) |
@@ -46,6 +50,7 @@ from IPython.display import display
 
 import a2v
 from a2v import Character, Motion, PhotoCamera, Subject, Surface
+from a2v.samples import load_ready_person
 from a2v.types import Body
 from pipelines.engine.progress import Bars
 from pipelines.engine.store import Store
@@ -58,26 +63,34 @@ SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a sm
 
 # %% [markdown]
 # ## Parameters
-# Any photo of one person, seen whole and upright; any action of the model (`a2v actions`); another
-# seed gives another performance.
+# Any action of the model (`a2v actions`); another seed gives another performance. With
+# `LIVE = True`, any photo of one person, seen whole and upright (about 30 s of processor time more
+# per photo).
 
 # %%
+LIVE = False  # True: perception, fit, surface and character are computed from PHOTO
 PHOTO = "../a2v/samples/person.jpg"
 ACTION = "Walk"
 SEED = 0
-FRAMES = 4 if SMALL else 48
-FILM = (
-    {"size": 64, "spp": 1, "views": ("front", "left")} if SMALL else {"size": 256}
-)  # as on the command line
+FRAMES = 4 if SMALL else 16
+FILM = {"size": 64 if SMALL else 192, "spp": 1 if SMALL else 4, "views": ("front", "left")}
 
 store = Store()  # the folder of remembered results: $A2V_CACHE, else ~/.cache/a2v
 parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, **FILM)
+# the graph begins at these results of the sample photo, if there are any
+given = (
+    {}
+    if LIVE
+    else {name: store.put(value) for name, value in load_ready_person().outputs.items()}
+)
 
 
-def compute(*names):
+def compute(*names, wished=parameters):
     """Run what `names` need; bars show what is still to do."""
     bars = Bars()
-    outcome = run(names, store=store, progress=bars, **parameters)
+    outcome = run(
+        names, store=store, progress=bars, executor="serial", overrides=given, **wished
+    )
     bars.close()
     for text in outcome.notes:
         print("note:", text)
@@ -120,13 +133,11 @@ plt.title(
     f"{np.ptp(body.vertices[:, 1]):.2f} m high"
 )
 plt.axis("off")
-print(
-    {
-        name: value
-        for name, value in fitted.nodes["photo_body"].measures.items()
-        if isinstance(value, float)
-    }
-)
+mask = subject.mask > 0.5
+inside = np.floor(pixels).astype(int)
+within = ((inside >= 0) & (inside < mask.shape[::-1])).all(axis=1)
+on_person = mask[inside[within, 1], inside[within, 0]].sum() / len(inside)
+print(f"{on_person:.1%} of the vertices lie on the mask")
 
 # %% [markdown]
 # ## The surface with the photo's colors
@@ -137,7 +148,7 @@ print(
 from a2v.rendering import Renderer, follow_cameras
 
 surface = compute("colored_surface").get("colored_surface", Surface)
-looks = dataclasses.replace(parameters["render"], views=a2v.VIEWS)
+looks = dataclasses.replace(parameters["render"], views=a2v.VIEWS)  # the papers' four cameras
 renderer = Renderer(surface, looks)
 still = follow_cameras(surface.vertices[None], looks)
 figure, axes = plt.subplots(1, 4, figsize=(12, 3.2))
@@ -185,8 +196,9 @@ a2v.show(
 
 # %% [markdown]
 # ## Frames
-# Each frame of each view is a separate call in a worker process. A finished frame is never rendered
-# again.
+# The surface follows the bones as rigidly as it can (Eq. 20), and a path tracer renders it. Each
+# frame of each view is a call of its own, so the command line renders them in several processes
+# (here in one, `executor="serial"`). A finished frame is never rendered again.
 
 # %%
 frames = compute("frame")
@@ -214,14 +226,15 @@ a2v.show(bytes(result.get("video", Blob)), height=300)
 
 # %% [markdown]
 # ## Another action for the same person
-# The character is remembered: only motion, frames and video are new.
+# The character stays: only motion, frames and video are computed, as the printed nodes show.
 
 # %%
-other = video_parameters(store, PHOTO, "Jump", frames=FRAMES, seed=SEED, **FILM)
-bars = Bars()
-second = run("video", store=store, progress=bars, **other)
-bars.close()
-print({name: f"{stats.cached} of {stats.calls} remembered" for name, stats in second.nodes.items()})
+short = FILM | {"views": ("left",)}
+second = compute(
+    "video",
+    wished=video_parameters(store, PHOTO, "Jump", frames=max(FRAMES // 2, 4), seed=SEED, **short),
+)
+print({name: f"{stats.calls} ({stats.cached} remembered)" for name, stats in second.nodes.items()})
 a2v.show(bytes(second.get("video", Blob)), height=300)
 
 # %% [markdown]
@@ -231,7 +244,7 @@ a2v.show(bytes(second.get("video", Blob)), height=300)
 #
 # **Exercise.** Change `SEED`, then `FILM["size"]`, and run all cells: which nodes are computed
 # again? *Answer.* The seed changes the motion and all that follows it, but not the character. The
-# size changes the frames and the video alone. The printed counts of remembered results show it.
+# size changes the frames and the video alone. The printed counts of nodes show it.
 
 # %%
 import ipywidgets as widgets
@@ -244,7 +257,7 @@ def perform(action, seed, frames):
     chosen = video_parameters(store, PHOTO, action, frames=frames, seed=seed, **FILM)
     display(
         a2v.show(
-            bytes(run("glb", store=store, **chosen).get("glb", Blob)),
+            bytes(compute("glb", wished=chosen).get("glb", Blob)),
             title=f"{action}, seed {seed}",
         )
     )

@@ -90,9 +90,9 @@ _FAST = "--batch-size 32 --learning-rate 5e-4"
 _BASELINES = (
     ("condgru", "--batch-size 32 --learning-rate 1e-3", 800, 600, 400),
     ("two-stage-gan", _FAST, 1200, 1200, 1000),
-    ("act-mocogan", _FAST, 1500, 1500, 350),
+    ("act-mocogan", _FAST, 6000, 1500, 350),
     ("dancing2music", f"{_FAST} --width 0.25", 2000, 1000, 800),
-    ("latent-transition", _FAST, 2000, 2000, 600),
+    ("latent-transition", _FAST, 3000, 2000, 600),
 )
 TRAININGS = (
     Training("plain", "humanact12-fine", f"{_VAE} --vae.decoder plain --iterations 4000"),
@@ -123,7 +123,7 @@ def main() -> int:
     """List the commands, or run them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--run", action="store_true", help="run them (about an hour of a core each)"
+        "--run", action="store_true", help="run them (about half an hour of a core in all)"
     )
     parser.add_argument("--only", choices=[table.name for table in TABLES], help="one table")
     parser.add_argument("--data", default="../shared/data")

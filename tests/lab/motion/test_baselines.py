@@ -142,8 +142,9 @@ def test_the_published_sizes():
     sizes = Sizes(72, 12, 60)
     assert KINDS["condgru"](sizes).recurrent.input_size == 144
     transition = KINDS["latent-transition"](sizes)
-    assert transition.pose[0].weight.shape == (1024, 12)
-    assert transition.steps["recurrent"].bidirectional  # the journal's Bi-LSTM
+    assert transition.pose[0].weight.shape == (1024, 12 + 12)  # a latent vector and the class
+    assert transition.made["recurrent"].bidirectional  # the journal's Bi-LSTM
+    assert transition.judge.recurrent.input_size == 2 * 72 + 12
     judge = KINDS["act-mocogan"](sizes).judge["pose"]
     assert [part.out_features for part in judge if hasattr(part, "out_features")] == [128, 1]
     dance = KINDS["dancing2music"](dataclasses.replace(sizes, width=0.05))

@@ -21,109 +21,129 @@ from a2v.lab.motion.baselines.base import (
     wasserstein_round,
 )
 
-NOISE = 12
-LARGEST_STEP = 0.3
+LATENT = 12
+"""Size of the latent vector of a pose."""
+NOISE = 64
+"""Size of the noise of a frame."""
+LARGEST_STEP = 1.0
 SMOOTH_WEIGHT = 1e-4
-"""Weight of the squared steps between latents."""
+"""Weight of the squared differences between consecutive poses."""
 MAGNITUDE_WEIGHT = 0.1
-"""Weight of the latents' squares."""
+"""Weight of the squared steps."""
 CLASS_WEIGHT = 0.01
 """Weight of the action's cross entropy."""
 
 
-class LatentTransition(Baseline):
-    """A Wasserstein GAN of poses, then a Bi-LSTM that generates steps through the GAN's latent
-    space. The latent vector of a frame is the sum of the clipped steps up to it.
+class MotionJudge(nn.Module):
+    """A Bi-LSTM on poses and their differences, its mean over time, and one hidden layer."""
 
-    The pose noise has 12 dimensions. The GAN's layers are 1024 wide, with batch norm in the
-    generator. The Bi-LSTM (journal, Sec. 5.1.1) is 256 wide in each direction. The discriminator is
-    a Bi-LSTM on poses and their differences that also classifies the action. Assumed: poses are
-    generated without the class, which the Bi-LSTM receives in every frame; steps are clipped at .3;
-    the discriminator is 128 wide; `FIRST_STAGE` of the training goes to the first stage.
+    def __init__(self, sizes: Sizes, given: int, outputs: int) -> None:
+        super().__init__()
+        narrow = sizes.hidden(256)
+        self.recurrent = nn.LSTM(
+            2 * sizes.pose + given, narrow, batch_first=True, bidirectional=True
+        )
+        self.exit = layers(2 * narrow, sizes.hidden(1024), outputs, slope=0.0)
+
+    def forward(self, poses: Tensor, given: Tensor) -> Tensor:
+        """Return outputs (B, O) for motions (B, T, D), with further inputs (B, G) in every
+        frame."""
+        steps = poses.diff(dim=1)
+        frames = torch.cat([poses[:, :-1], steps, over_time(given, steps.shape[1])], -1)
+        outputs: Tensor = self.exit(self.recurrent(frames)[0].mean(1))
+        return outputs
+
+
+class LatentTransition(Baseline):
+    """A Wasserstein GAN of the poses of an action, then a Bi-LSTM that generates steps through the
+    GAN's latent space. The latent vector of a frame is the sum of the clipped steps up to it.
+
+    As in the authors' code (zheshiyige/Learning-Diverse-Stochastic-Human-Action-Generators,
+    commit c931913): latents have 12 dimensions and begin uniformly in [-1, 1]; the noise of a frame
+    has 64; generator and critic of poses have one hidden layer of 1024, the generator's with batch
+    norm; the discriminator of motions is a Bi-LSTM of 256 in each direction with a hidden layer of
+    1024; all of them receive the class. A classifier of the same form is trained with the generator
+    on real and generated motions. The steps come from a Bi-LSTM, as the journal says (Sec. 5.1.1);
+    the code has one direction. Assumed: it also receives the first latent vector, the
+    discriminator's states are averaged over time, the squared steps are summed over a motion and
+    averaged over motions, discriminator and generator take turns, and `FIRST_STAGE` of the training
+    goes to the first stage.
     """
 
     SOURCE = "Wang et al., AAAI 2020"
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__(sizes)
-        wide, narrow = sizes.hidden(1024), sizes.hidden(128)
-        self.pose = layers(NOISE, wide, wide, sizes.pose, norm=True)
-        self.pose_critic = layers(sizes.pose, wide, wide, 1)
-        self.steps = nn.ModuleDict(
+        wide, narrow, actions = sizes.hidden(1024), sizes.hidden(256), sizes.actions
+        self.pose = layers(LATENT + actions, wide, sizes.pose, norm=True, slope=0.0)
+        self.pose_critic = layers(sizes.pose + actions, wide, 1, slope=0.0)
+        self.made = nn.ModuleDict(
             {
                 "recurrent": nn.LSTM(
-                    2 * NOISE + sizes.actions,
-                    sizes.hidden(256),
-                    batch_first=True,
-                    bidirectional=True,
+                    LATENT + NOISE + actions, narrow, batch_first=True, bidirectional=True
                 ),
-                "exit": nn.Linear(2 * sizes.hidden(256), NOISE),
+                "exit": nn.Linear(2 * narrow, LATENT),
+                "classifier": MotionJudge(sizes, 0, actions),
             }
         )
-        self.judge = nn.ModuleDict(
-            {
-                "recurrent": nn.LSTM(2 * sizes.pose, narrow, batch_first=True, bidirectional=True),
-                "exit": nn.Linear(2 * narrow, 1 + sizes.actions),
-            }
-        )
+        self.judge = MotionJudge(sizes, actions, 1)
 
     def walk(self, actions: Tensor, frames: int, draws: torch.Generator) -> tuple[Tensor, Tensor]:
         """Return latent vectors (B, T, 12) and the steps (B, T - 1, 12) between them."""
-        first = normal(draws, len(actions), NOISE)
-        given = torch.cat([first, actions], -1)
+        first = first_latents(len(actions), draws)
         noise = normal(draws, len(actions), frames - 1, NOISE)
-        hidden, _ = self.steps["recurrent"](torch.cat([noise, over_time(given, frames - 1)], -1))
-        steps = self.steps["exit"](hidden).clamp(-LARGEST_STEP, LARGEST_STEP)
+        given = over_time(torch.cat([first, actions], -1), frames - 1)
+        hidden, _ = self.made["recurrent"](torch.cat([noise, given], -1))
+        steps = self.made["exit"](hidden).clamp(-LARGEST_STEP, LARGEST_STEP)
         return first[:, None] + functional.pad(steps.cumsum(1), (0, 0, 1, 0)), steps
 
-    def poses_of(self, latents: Tensor) -> Tensor:
+    def poses_of(self, latents: Tensor, actions: Tensor) -> Tensor:
         """Return poses (B, T, D) of latent vectors (B, T, 12), using the running statistics of the
-        batch norms."""
-        poses: Tensor = self.pose.eval()(latents.flatten(0, 1)).unflatten(0, latents.shape[:2])
+        batch norm."""
+        given = torch.cat([latents, over_time(actions, latents.shape[1])], -1)
+        poses: Tensor = self.pose.eval()(given.flatten(0, 1)).unflatten(0, latents.shape[:2])
         return poses
 
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
         """See `Baseline`."""
-        return self.poses_of(self.walk(actions, self.sizes.frames, draws)[0])
-
-    def judged(self, poses: Tensor) -> Tensor:
-        """Return outputs (B, 1 + C) for motions (B, T, D)."""
-        hidden, _ = self.judge["recurrent"](
-            torch.cat([poses, functional.pad(poses.diff(dim=1), (0, 0, 1, 0))], -1)
-        )
-        outputs: Tensor = self.judge["exit"](hidden.mean(1))
-        return outputs
+        return self.poses_of(self.walk(actions, self.sizes.frames, draws)[0], actions)
 
     def learn(
         self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
     ) -> dict[str, float]:
         """See `Baseline`."""
         if progress < FIRST_STAGE:
-            real, _ = random_poses(batch, draws)
+            real, given = random_poses(batch, draws)
             self.pose.train()
             return wasserstein_round(
-                lambda count: self.pose(normal(draws, count, NOISE)),
+                lambda count: self.pose(torch.cat([first_latents(count, draws), given], -1)),
                 self.pose,
                 self.pose_critic,
                 real,
-                real[:, :0],
+                given,
                 improve,
                 draws,
             )
         latents, steps = self.walk(batch.actions, self.sizes.frames, draws)
-        made = self.poses_of(latents)
-        real, false = self.judged(batch.poses), self.judged(made.detach())
-        doubt = real_or_not(real[:, :1], True) + real_or_not(false[:, :1], False)
-        discriminator = improve(
-            self.judge, doubt + CLASS_WEIGHT * functional.cross_entropy(real[:, 1:], batch.labels)
+        made = self.poses_of(latents, batch.actions)
+        true, false = self.judge(
+            torch.cat([batch.poses, made.detach()]), batch.actions.repeat(2, 1)
+        ).chunk(2)
+        discriminator = improve(self.judge, real_or_not(true, True) + real_or_not(false, False))
+        guesses = self.made["classifier"](
+            torch.cat([batch.poses, made]), batch.actions.new_empty(2 * len(made), 0)
         )
-        outputs = self.judged(made)
-        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(
-            outputs[:, 1:], batch.labels
-        )
+        wish = real_or_not(self.judge(made, batch.actions), True)
+        # the mean over real and generated motions is half of the sum
+        wish = wish + 2 * CLASS_WEIGHT * functional.cross_entropy(guesses, batch.labels.repeat(2))
         wish = (
             wish
-            + SMOOTH_WEIGHT * (steps.diff(dim=1) ** 2).sum((1, 2)).mean()
-            + MAGNITUDE_WEIGHT * (steps**2).mean()
+            + SMOOTH_WEIGHT * (made.diff(dim=1) ** 2).sum((1, 2)).mean()
+            + MAGNITUDE_WEIGHT * (steps**2).sum((1, 2)).mean()
         )
-        return {"discriminator": discriminator, "generator": improve(self.steps, wish)}
+        return {"discriminator": discriminator, "generator": improve(self.made, wish)}
+
+
+def first_latents(count: int, draws: torch.Generator) -> Tensor:
+    """Draw latent vectors (N, 12), uniform in [-1, 1]."""
+    return 2 * torch.rand(count, LATENT, generator=draws) - 1

@@ -41,6 +41,9 @@ from a2v.types import (
 )
 
 
+HOOK = None
+
+
 @dataclass(frozen=True)
 class ColorSettings:
     """Settings of the coloring.
@@ -207,6 +210,12 @@ def color_surface(
     if surface.face is not None and surface.provenance.get("turned_face"):
         photo.clean, surface = drawn_over(photo.clean, surface, camera)
         colors = photo.patch_colors(vertices, faces)
+    if canvas is not None and HOOK is not None:
+        from a2v.reconstruction.completion.colors import completed_colors
+
+        given = completed_colors(photo, vertices, normals, HOOK)
+        old = np.full_like(given, np.nan) if prior is None else prior
+        prior = np.where(np.isfinite(given), given, old)
     paint, mouth = face_paint(surface, photo.clean), np.zeros(len(known), bool)
     if paint is not None:
         known[paint.inner], colors[paint.inner], mouth[paint.inner] = True, paint.colors, True

@@ -99,6 +99,8 @@ class Sheets:
         if generator.random() < 0.5:
             true, trust = true[..., ::-1], trust[..., ::-1]
         true = _warped(true, generator)
+        if generator.random() < 0.4:
+            true = _other_hues(true, generator)
         photo = _in_light(true, generator)
         if generator.random() < 0.5:
             trust = _with_holes(trust, generator)
@@ -130,6 +132,16 @@ def _warped(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
         image = np.ascontiguousarray(one.transpose(1, 2, 0))
         result.append(cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
     return np.stack(result).transpose(0, 3, 1, 2)
+
+
+def _other_hues(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
+    """Turn the hues of everything, so that no garment is learned by heart."""
+    turn, strength = generator.uniform(0, 2 * np.pi), generator.uniform(0.5, 1.5)
+    cosine, sine = strength * np.cos(turn), strength * np.sin(turn)
+    result = lab.copy()
+    result[:, 1] = cosine * lab[:, 1] - sine * lab[:, 2]
+    result[:, 2] = sine * lab[:, 1] + cosine * lab[:, 2]
+    return result
 
 
 def _in_light(lab: FloatArray, generator: np.random.Generator) -> FloatArray:

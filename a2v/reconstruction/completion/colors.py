@@ -1,0 +1,103 @@
+"""Expected colors of hidden places of a canonical character, completed by a network on the sheets
+of the body."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+from a2v.body.face import teeth
+from a2v.geometry.images import sample_image
+from a2v.geometry.mesh import within
+from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.completion.layout import (
+    COLUMNS,
+    ROWS,
+    Sheets,
+    default_rest,
+    lay_out,
+    pixels_of,
+)
+from a2v.reconstruction.projection import PhotoProjection
+from a2v.types import FloatArray
+
+Complete = Callable[[FloatArray, FloatArray], FloatArray]
+"""``(colors, trust) -> colors``: CIELAB / 100 (2, 3, H, W) and trust (2, 1, H, W) in [0, 1]."""
+_HIDDEN = 0.03
+"""Distance of a vertex behind the surface of its sheet from which on the sheet does not show it,
+meters."""
+
+
+@functools.cache
+def _places() -> tuple[Sheets, FloatArray, FloatArray, FloatArray]:
+    """The sheets of the characters' mesh; pixels (V, 2) of its vertices, their depths (V,), and
+    the shares (V,) of the front."""
+    mesh = topology()
+    rest = mesh.refined(np.concatenate([default_rest(), teeth().vertices]))
+    pixels, front = pixels_of(rest, mesh.faces)
+    return lay_out(rest, mesh.faces), pixels, rest[:, 2], front
+
+
+def sheets_of_photo(
+    photo: PhotoProjection, vertices: FloatArray, normals: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What a photo shows of a character with vertices (V, 3): colors (2, 3, H, W), CIELAB / 100,
+    and trust (2, 1, H, W)."""
+    assert photo.canvas is not None
+    sheets = _places()[0]
+    where = np.flatnonzero(sheets.filled.ravel())
+    corner = topology().faces[sheets.face.ravel()[where]]
+    weight = sheets.barycentric.reshape(-1, 3)[where][..., None].astype(np.float64)
+    point, normal = within(vertices, corner, weight), within(normals, corner, weight)
+    pixels = photo.camera.project(point)
+    strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
+    trust = photo.trust(point, normal) * photo.canvas.agrees(pixels, photo.canvas.parts[strongest])
+    spacing = 0.3 * photo.camera.scale / 142
+    clean = cv2.GaussianBlur(photo.clean, (0, 0), spacing) if spacing > 0.5 else photo.clean
+    values = np.zeros((2 * ROWS * COLUMNS, 4), np.float32)
+    values[where, 3] = trust
+    values[where, :3] = np.clip(sample_image(clean, pixels), 0, 1) * trust[:, None]
+    values = values.reshape(2, ROWS, COLUMNS, 4)
+    small = np.stack(
+        [cv2.resize(one, (COLUMNS // 2, ROWS // 2), interpolation=cv2.INTER_AREA) for one in values]
+    )
+    filled = np.stack(
+        [
+            cv2.resize(one, (COLUMNS // 2, ROWS // 2), interpolation=cv2.INTER_AREA)
+            for one in sheets.filled.astype(np.float32)
+        ]
+    )
+    color = small[..., :3] / np.maximum(small[..., 3:], 1e-4)
+    lab = np.stack([cv2.cvtColor(one, cv2.COLOR_RGB2LAB) for one in color]) / 100
+    share = np.clip(small[..., 3] / np.maximum(filled, 1e-4), 0, 1)
+    lab *= share[..., None] > 0.01
+    return lab.transpose(0, 3, 1, 2).astype(np.float32), share[:, None].astype(np.float32)
+
+
+def completed_colors(
+    photo: PhotoProjection, vertices: FloatArray, normals: FloatArray, complete: Complete
+) -> FloatArray:
+    """Colors (V, 3), sRGB in [0, 1], that the network expects at the vertices (V, 3) of a
+    character; NaN where the sheets do not show them."""
+    sheets, pixels, depth, front = _places()
+    lab = complete(*sheets_of_photo(photo, vertices, normals))
+    found, share = np.zeros((len(depth), 3)), np.zeros(len(depth))
+    for side, own in ((0, front), (1, 1 - front)):
+        image = 100 * lab[side].transpose(1, 2, 0)
+        there = sample_image(np.ascontiguousarray(image, np.float32), pixels / 2)
+        filled = sheets.filled[side].astype(np.float32)
+        surface = sample_image(sheets.depth[side][..., None], pixels)[:, 0] / np.maximum(
+            sample_image(filled[..., None], pixels)[:, 0], 1e-3
+        )
+        own = own * (np.abs(surface - depth) < _HIDDEN)
+        found, share = found + own[:, None] * there, share + own
+    known = share > 1e-3
+    result = np.full((len(vertices), 3), np.nan)
+    rgb = cv2.cvtColor(
+        (found / np.maximum(share, 1e-3)[:, None])[None].astype(np.float32), cv2.COLOR_LAB2RGB
+    )[0]
+    result[: len(depth)] = np.where(known[:, None], np.clip(rgb, 0, 1), np.nan)
+    return result

@@ -7,6 +7,7 @@ import dataclasses
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,8 @@ from a2v.types import (
 )
 
 
-HOOK = None
+HOOK: Any = None
+MODE = ""
 
 
 @dataclass(frozen=True)
@@ -271,6 +273,9 @@ def color_surface(
             labels=continued.labels,
             bare=on_parts(canvas.parts, *HEAD, *HANDS),
         )
+    if canvas is not None and HOOK is not None and MODE == "net2":
+        share = np.clip((reach - 0.015) / 0.02, 0, 1)[:, None] * ~(known | lent)[:, None]
+        base = np.where(np.isfinite(given), (1 - share) * base + share * np.nan_to_num(given), base)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 

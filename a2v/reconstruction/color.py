@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -40,10 +39,6 @@ from a2v.types import (
     Subject,
     Surface,
 )
-
-
-HOOK: Any = None
-MODE = ""
 
 
 @dataclass(frozen=True)
@@ -212,12 +207,6 @@ def color_surface(
     if surface.face is not None and surface.provenance.get("turned_face"):
         photo.clean, surface = drawn_over(photo.clean, surface, camera)
         colors = photo.patch_colors(vertices, faces)
-    if canvas is not None and HOOK is not None:
-        from a2v.reconstruction.completion.colors import completed_colors
-
-        given = completed_colors(photo, vertices, normals, HOOK)
-        old = np.full_like(given, np.nan) if prior is None else prior
-        prior = np.where(np.isfinite(given), given, old)
     paint, mouth = face_paint(surface, photo.clean), np.zeros(len(known), bool)
     if paint is not None:
         known[paint.inner], colors[paint.inner], mouth[paint.inner] = True, paint.colors, True
@@ -273,9 +262,6 @@ def color_surface(
             labels=continued.labels,
             bare=on_parts(canvas.parts, *HEAD, *HANDS),
         )
-    if canvas is not None and HOOK is not None and MODE == "net2":
-        share = np.clip((reach - 0.015) / 0.02, 0, 1)[:, None] * ~(known | lent)[:, None]
-        base = np.where(np.isfinite(given), (1 - share) * base + share * np.nan_to_num(given), base)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 

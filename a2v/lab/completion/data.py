@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from a2v.io import atomic_path, read_npz
+from a2v.lab.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.lab.completion.people import (
     SheetPeople,
     place_on_sheets,
@@ -20,7 +21,6 @@ from a2v.lab.studio.quick.bank import PoseBank
 from a2v.lab.studio.quick.poses import draw_pose
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.lab.studio.stand import draw_outfit
-from a2v.reconstruction.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.types import ByteArray, Progress
 
 _POSES = QuickSettings(natural=0.55, free=0.15, limbs=0.1, bent=0.1)
@@ -73,11 +73,10 @@ def write_people(
                 names.append(prepared.avatar.name)
             if progress:
                 progress(at + 1, len(todo))
-        with atomic_path(path) as temporary:
-            with open(temporary, "wb") as file:
-                np.savez(
-                    file, colors=np.stack(colors), trust=np.stack(trust), names=np.array(names)
-                )
+        with atomic_path(path) as temporary, open(temporary, "wb") as file:
+            np.savez(
+                file, colors=np.stack(colors), trust=np.stack(trust), names=np.array(names)
+            )
 
 
 def halved(colors: ByteArray) -> ByteArray:

@@ -85,9 +85,7 @@ class Completion(nn.Module):
             for a, b in zip(widths, widths[1:], strict=False)
         )
         self.deep = nn.Sequential(Gated(widths[-1], widths[-1]), Gated(widths[-1], widths[-1]))
-        self.up = nn.ModuleList(
-            Gated(a + b, a) for a, b in zip(widths, widths[1:], strict=False)
-        )
+        self.up = nn.ModuleList(Gated(a + b, a) for a, b in zip(widths, widths[1:], strict=False))
         self.gather = nn.Conv2d(widths[1], 2 * self.palette, 1)
         self.leave = nn.Conv2d(widths[0], 2 * (LOCAL + self.palette + 3), 3, 1, 1)
 

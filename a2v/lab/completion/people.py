@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,16 +14,16 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene, at_barycentric
+from a2v.lab.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.lab.studio.avatar_files import list_avatars
 from a2v.lab.studio.avatars import Avatar, a_pose
 from a2v.lab.studio.guide import Guide, guide_key
 from a2v.lab.studio.makehuman.dressing import Dresser
 from a2v.lab.studio.posing import Pose
-from a2v.lab.studio.quick.people import HELD_OUT, quick_split_of
+from a2v.lab.studio.quick.people import quick_split_of
 from a2v.lab.studio.stand import Outfit, PreparedAvatar, prepare_avatar, stand
 from a2v.lab.studio.texture import sample_bilinear
 from a2v.lab.studio.variation import Build, split_of
-from a2v.reconstruction.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 _REACH = 0.14

@@ -16,9 +16,9 @@ import torch
 from torch import Tensor
 
 from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.lab.completion.networks import Completion, CompletionSettings, filled_up
 from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
-from a2v.reconstruction.completion.layout import COLUMNS, ROWS, skin_sheets
 from a2v.types import ByteArray, FloatArray
 
 FILE = "checkpoint.pt"
@@ -162,7 +162,11 @@ def _with_holes(trust: FloatArray, generator: np.random.Generator) -> FloatArray
     height, width = trust.shape[-2:]
     rows, columns = np.mgrid[:height, :width]
     for _ in range(int(generator.integers(1, 4))):
-        row, column, radius = generator.integers(height), generator.integers(width), 3 + 7 * generator.random()
+        row, column, radius = (
+            generator.integers(height),
+            generator.integers(width),
+            3 + 7 * generator.random(),
+        )
         hole = (rows - row) ** 2 + (columns - column) ** 2 < radius**2
         result[..., hole] = 0
     return result

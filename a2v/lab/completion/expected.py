@@ -1,19 +1,23 @@
-"""Expected colors of hidden places of a canonical character, completed by a network on the sheets
-of the body."""
+"""The prior of a canonical character's hidden colors by the network, to compare with the pipeline's
+rules.
+
+`with_completion` replaces ``expected_colors`` of a character; the coloring then continues with its
+own rules.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Callable
 
 import cv2
 import numpy as np
+import torch
 
 from a2v.body.face import teeth
 from a2v.geometry.images import sample_image
-from a2v.geometry.mesh import within
-from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.completion.layout import (
+from a2v.geometry.mesh import vertex_normals, within
+from a2v.lab.completion.layout import (
     COLUMNS,
     ROWS,
     Sheets,
@@ -21,11 +25,13 @@ from a2v.reconstruction.completion.layout import (
     lay_out,
     pixels_of,
 )
+from a2v.lab.completion.networks import Completion
+from a2v.reconstruction.canonical.coloring import canvas_of
+from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.projection import PhotoProjection
-from a2v.types import FloatArray
+from a2v.reconstruction.shading import photo_without_shading
+from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
-Complete = Callable[[FloatArray, FloatArray], FloatArray]
-"""``(colors, trust) -> colors``: CIELAB / 100 (2, 3, H, W) and trust (2, 1, H, W) in [0, 1]."""
 _HIDDEN = 0.03
 """Distance of a vertex behind the surface of its sheet from which on the sheet does not show it,
 meters."""
@@ -78,26 +84,55 @@ def sheets_of_photo(
 
 
 def completed_colors(
-    photo: PhotoProjection, vertices: FloatArray, normals: FloatArray, complete: Complete
+    photo: PhotoProjection, vertices: FloatArray, normals: FloatArray, network: Completion
 ) -> FloatArray:
     """Colors (V, 3), sRGB in [0, 1], that the network expects at the vertices (V, 3) of a
     character; NaN where the sheets do not show them."""
     sheets, pixels, depth, front = _places()
-    lab = complete(*sheets_of_photo(photo, vertices, normals))
+    colors, trust = sheets_of_photo(photo, vertices, normals)
+    with torch.no_grad():
+        made = network(torch.from_numpy(colors)[None], torch.from_numpy(trust)[None])
+    lab = made[0].float().numpy()
     found, share = np.zeros((len(depth), 3)), np.zeros(len(depth))
     for side, own in ((0, front), (1, 1 - front)):
-        image = 100 * lab[side].transpose(1, 2, 0)
-        there = sample_image(np.ascontiguousarray(image, np.float32), pixels / 2)
-        filled = sheets.filled[side].astype(np.float32)
-        surface = sample_image(sheets.depth[side][..., None], pixels)[:, 0] / np.maximum(
-            sample_image(filled[..., None], pixels)[:, 0], 1e-3
-        )
-        own = own * (np.abs(surface - depth) < _HIDDEN)
-        found, share = found + own[:, None] * there, share + own
-    known = share > 1e-3
+        image = np.ascontiguousarray(100 * lab[side].transpose(1, 2, 0), np.float32)
+        filled = sample_image(sheets.filled[side].astype(np.float32), pixels)
+        surface = sample_image(sheets.depth[side], pixels) / np.maximum(filled, 1e-3)
+        shown = own * (np.abs(surface - depth) < _HIDDEN)
+        found += shown[:, None] * sample_image(image, pixels / 2)
+        share += shown
+    mean = (found / np.maximum(share, 1e-3)[:, None]).astype(np.float32)
+    colors = np.clip(cv2.cvtColor(mean[None], cv2.COLOR_LAB2RGB)[0], 0, 1)
     result = np.full((len(vertices), 3), np.nan)
-    rgb = cv2.cvtColor(
-        (found / np.maximum(share, 1e-3)[:, None])[None].astype(np.float32), cv2.COLOR_LAB2RGB
-    )[0]
-    result[: len(depth)] = np.where(known[:, None], np.clip(rgb, 0, 1), np.nan)
+    result[: len(depth)] = np.where((share > 1e-3)[:, None], colors, np.nan)
     return result
+
+
+def with_completion(
+    person: Reconstruction, subject: Subject, body: Body, camera: Camera, network: Completion
+) -> Reconstruction:
+    """Replace the expected colors of a canonical character of one photo by those of the network;
+    the arguments are those of `a2v.reconstruction.colorings.color_by_photo`."""
+    surface = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
+    vertices = np.asarray(surface.vertices, np.float64)
+    faces = np.asarray(surface.faces, np.int64)
+    normals = vertex_normals(vertices, faces)
+    photo = PhotoProjection(surface, subject, camera.flat)
+    photo.canvas = canvas_of(surface, subject, body, camera, size=256)
+    trust = photo.trust(vertices, normals) * photo.canvas.agrees(
+        camera.flat.project(vertices), photo.canvas.parts
+    )
+    known = (trust > 0.5) & photo.unoccluded(vertices) & (normals[:, 2] > 0)
+    photo.clean = photo_without_shading(
+        photo.clean,
+        camera.flat,
+        vertices,
+        faces,
+        normals,
+        colors=photo.patch_colors(vertices, faces),
+        seen=known,
+    )
+    given = completed_colors(photo, vertices, normals, network)
+    if person.expected_colors is not None:
+        given = np.where(np.isfinite(given), given, person.expected_colors)
+    return dataclasses.replace(person, expected_colors=given.astype(np.float32))

@@ -43,11 +43,24 @@ def write_people(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> None:
-    """Write ``<split>-000.npz``... to a folder: colors (N, 2, H / 2, W / 2, 3) uint8 and trust (N, 2, H /
-    2, W / 2) uint8 of all avatars of a split and of `makehuman` people of MakeHuman's.
+    """Write ``<split>-000.npz``... to a folder.
 
-    `outfits` are the numbers of outfits of an avatar and of a person of MakeHuman's; each is seen
-    in one photo.
+    They have the colors (N, 2, H / 2, W / 2, 3) uint8 and the trust (N, 2, H / 2, W / 2) uint8 of
+    all avatars of a split and of `makehuman` people of MakeHuman's. Files that exist are kept.
+
+    Parameters
+    ----------
+    folder : path
+    data : path
+        Folder with ``avatars/`` and MakeHuman's archive.
+    split : "training" or "validation"
+        Of the quick studio: nobody of its reports and benchmarks is in either.
+    guides, bank : path
+        ``guide.npz`` and ``bank.npz`` of a folder of quick views
+        (`a2v.lab.studio.quick.people.prepare_folder`).
+    makehuman : int
+    outfits : (int, int)
+        Numbers of outfits of an avatar and of a person of MakeHuman's; each is seen in one photo.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
     people = SheetPeople(data, unstack_guides(read_npz(guides)), seed)
@@ -74,9 +87,7 @@ def write_people(
             if progress:
                 progress(at + 1, len(todo))
         with atomic_path(path) as temporary, open(temporary, "wb") as file:
-            np.savez(
-                file, colors=np.stack(colors), trust=np.stack(trust), names=np.array(names)
-            )
+            np.savez(file, colors=np.stack(colors), trust=np.stack(trust), names=np.array(names))
 
 
 def halved(colors: ByteArray) -> ByteArray:

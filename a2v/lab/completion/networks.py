@@ -3,6 +3,7 @@ choose among visible colors."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,11 +82,10 @@ class Completion(nn.Module):
         self.palette = settings.palette
         self.enter = Gated(first, widths[0])
         self.down = nn.ModuleList(
-            nn.Sequential(Gated(a, b, 2), Gated(b, b))
-            for a, b in zip(widths, widths[1:], strict=False)
+            nn.Sequential(Gated(a, b, 2), Gated(b, b)) for a, b in itertools.pairwise(widths)
         )
         self.deep = nn.Sequential(Gated(widths[-1], widths[-1]), Gated(widths[-1], widths[-1]))
-        self.up = nn.ModuleList(Gated(a + b, a) for a, b in zip(widths, widths[1:], strict=False))
+        self.up = nn.ModuleList(Gated(a + b, a) for a, b in itertools.pairwise(widths))
         self.gather = nn.Conv2d(widths[1], 2 * self.palette, 1)
         self.leave = nn.Conv2d(widths[0], 2 * (LOCAL + self.palette + 3), 3, 1, 1)
 

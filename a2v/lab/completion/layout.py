@@ -79,7 +79,7 @@ def lay_out(vertices: FloatArray, faces: IntArray) -> Sheets:
     rays = RayScene(np.asarray(vertices, np.float32), faces)
     shape, found = (ROWS, COLUMNS), []
     for sign in (1.0, -1.0):
-        hits = rays.cast([*places, 0, 0, 5 * sign], np.array([0, 0, -sign]))
+        hits = rays.cast(places + np.array([0, 0, 5 * sign]), np.array([0, 0, -sign]))
         face = np.where(hits.hit, hits.face, -1).reshape(shape)
         uv = hits.barycentric
         weight = np.concatenate([1 - uv.sum(axis=1, keepdims=True), uv], axis=1)

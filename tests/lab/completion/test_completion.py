@@ -49,9 +49,9 @@ def test_sheets_hold_the_colors_of_the_garment_that_is_worn_there(person: Dresse
     texture[clothes.rows, clothes.columns] = (255, 0, 0)
     colors = sheet_colors(avatar, texture, place_on_sheets(avatar, person.guide))
     red = (colors[..., 0] > 200) & (colors[..., 1:].max(axis=-1) < 60)
-    chest, head = slice(65, 100), slice(8, 24)
+    waist, head = slice(100, 120), slice(8, 24)  # long hair hangs down above
     middle = slice(COLUMNS // 2 - 12, COLUMNS // 2 + 12)
-    assert red[1, chest, middle].mean() > 0.95
+    assert red[1, waist, middle].mean() > 0.95
     assert red[:, head].sum() < 0.02 * skin_sheets()[0].filled[:, head].sum()
 
 
@@ -73,8 +73,9 @@ def test_filling_keeps_what_is_seen_and_fills_the_rest_from_it():
     trust[..., 4:28, :12] = 1
     made = filled_up(colors, trust)
     torch.testing.assert_close(made[..., 6:26, :10], colors[..., 6:26, :10], atol=2e-3, rtol=0)
-    assert abs(float(made[0, 0, 2, 20]) - 0.2) < 0.15
-    assert abs(float(made[0, 0, 30, 20]) - 0.8) < 0.15
+    assert float(made.min()) > 0.19
+    assert float(made.max()) < 0.81
+    assert (made[:, :, 4:12, 13:17] < made[:, :, 20:28, 13:17].min()).all()
 
 
 def test_the_network_can_only_choose_among_visible_colors():

@@ -136,4 +136,5 @@ class Completion(nn.Module):
         weight = torch.exp(weight.clamp(-12, 12)) * share
         total = weight.sum(dim=(1, 3)) + 1e-4
         mean = value / (share + 1e-4)
-        return torch.einsum("bskn,bscn->bkc", weight, mean) / total[..., None]
+        gathered: Tensor = torch.einsum("bskn,bscn->bkc", weight, mean) / total[..., None]
+        return gathered

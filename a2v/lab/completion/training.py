@@ -61,17 +61,13 @@ def known_maps() -> FloatArray:
         cv2.resize(image.astype(np.float32), size, interpolation=cv2.INTER_AREA)
         for image in (*sheets.filled, *(5 * sheets.depth))
     ]
-    return np.stack([*small[:2], np.abs(columns), rows, *small[2:]]).astype(np.float32)
+    return np.asarray(np.stack([*small[:2], np.abs(columns), rows, *small[2:]]), np.float32)
 
 
 def lab_of(colors: ByteArray) -> FloatArray:
     """CIELAB / 100 of sRGB colors (2, H, W, 3); (2, 3, H, W) float32."""
-    return np.stack(
-        [
-            cv2.cvtColor(one.astype(np.float32) / 255, cv2.COLOR_RGB2LAB).transpose(2, 0, 1) / 100
-            for one in colors
-        ]
-    ).astype(np.float32)
+    lab = [cv2.cvtColor(one.astype(np.float32) / 255, cv2.COLOR_RGB2LAB) for one in colors]
+    return np.asarray(np.stack(lab).transpose(0, 3, 1, 2) / 100, np.float32)
 
 
 class Sheets:
@@ -131,7 +127,7 @@ def _warped(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
         y = (rows + 0.8 * _coarse(generator, (height, width), 7)).astype(np.float32)
         image = np.ascontiguousarray(one.transpose(1, 2, 0))
         result.append(cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-    return np.stack(result).transpose(0, 3, 1, 2)
+    return np.asarray(np.stack(result).transpose(0, 3, 1, 2))
 
 
 def _other_hues(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
@@ -146,7 +142,7 @@ def _other_hues(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
 
 def _in_light(lab: FloatArray, generator: np.random.Generator) -> FloatArray:
     """Light the colors (2, 3, H, W) unevenly."""
-    shape = lab.shape[-2:]
+    shape = (lab.shape[-2], lab.shape[-1])
     result = lab.copy()
     slope = generator.normal(0, 0.05) * np.linspace(-1, 1, shape[1])[None]
     for side in (0, 1):
@@ -199,7 +195,7 @@ class CompletionRun(Training):
         self.settings, self.network, self.device = settings, network, settings.claim()
         torch.manual_seed(settings.seed)
         known = known_maps()
-        self.model = Completion(network, known).to(memory_format=torch.channels_last)
+        self.model: Completion = Completion(network, known).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.filled = torch.from_numpy(known[:2])
         self.optimizer = torch.optim.AdamW(
             self.model.parameters(), settings.learning_rate, weight_decay=1e-3
@@ -285,9 +281,6 @@ def train_completion(
 def load_completion(folder: str | os.PathLike[str]) -> Completion:
     """Load the trained network of a folder for inference."""
     content = read_checkpoint(Path(folder) / FILE, ("model", "network"))
-    network = CompletionSettings(
-        **{name: tuple(v) if isinstance(v, list) else v for name, v in content["network"].items()}
-    )
-    model = Completion(network, known_maps())
+    model = Completion(CompletionSettings(**content["network"]), known_maps())
     model.load_state_dict(content["model"])
     return model.eval()

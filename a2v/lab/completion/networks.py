@@ -125,7 +125,8 @@ class Completion(nn.Module):
         local = torch.stack([near, near.flip(1), near.flip(-1), near.flip(1).flip(-1)], dim=2)
         mixed = (share[:, :, :LOCAL, None] * local).sum(dim=2)
         mixed = mixed + torch.einsum("bskhw,bkc->bschw", share[:, :, LOCAL:], gathered)
-        return mixed + RESIDUAL * torch.tanh(out[:, :, -3:])
+        completed: Tensor = mixed + RESIDUAL * torch.tanh(out[:, :, -3:])
+        return completed
 
     def _gathered(self, logits: Tensor, colors: Tensor, trust: Tensor) -> Tensor:
         """The palette (B, K, 3): means of visible colors, weighted by attention."""

@@ -36,11 +36,9 @@ def write_people(
     data: str | os.PathLike[str],
     split: str,
     *,
-    guides: str | os.PathLike[str],
-    bank: str | os.PathLike[str],
+    views: str | os.PathLike[str],
     makehuman: int,
     outfits: tuple[int, int] = (8, 4),
-    seed: int = 0,
     progress: Progress | None = None,
 ) -> None:
     """Write ``<split>-000.npz``... to a folder.
@@ -55,16 +53,16 @@ def write_people(
         Folder with ``avatars/`` and MakeHuman's archive.
     split : "training" or "validation"
         Of the quick studio: nobody of its reports and benchmarks is in either.
-    guides, bank : path
-        ``guide.npz`` and ``bank.npz`` of a folder of quick views
+    views : path
+        Folder of quick views, for its guides and its bank of poses
         (`a2v.lab.studio.quick.people.prepare_folder`).
     makehuman : int
     outfits : (int, int)
         Numbers of outfits of an avatar and of a person of MakeHuman's; each is seen in one photo.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
-    people = SheetPeople(data, unstack_guides(read_npz(guides)), seed)
-    poses = PoseBank.load(bank)
+    people = SheetPeople(data, unstack_guides(read_npz(Path(views) / "guide.npz")), _STREAM)
+    poses = PoseBank.load(Path(views) / "bank.npz")
     todo = [(people.makehuman, n, outfits[1]) for n in range(makehuman)]
     todo += [(people.avatar, n, outfits[0]) for n in range(len(people.paths[split]))]
     for start in range(0, len(todo), PART):
@@ -75,7 +73,7 @@ def write_people(
         for at, (make, number, count) in enumerate(todo[start : start + PART], start):
             prepared, guide = make(split, number)
             placed = place_on_sheets(prepared.avatar, guide)
-            generator = np.random.default_rng([seed, _STREAM, split == "training", at])
+            generator = np.random.default_rng([_STREAM, split == "training", at])
             for _ in range(count):
                 outfit = draw_outfit(prepared, generator)
                 pose = draw_pose(poses, split, _POSES, generator)

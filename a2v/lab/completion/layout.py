@@ -2,9 +2,9 @@
 
 MakeHuman's texture layout has islands, so that neighbors on the body are far apart in it. The body
 at rest (arms 45 degrees down, legs apart) hides almost nothing of itself from the front and from
-the back. So each place of the skin has a pixel on one of two pictures in which neighbors stay
-neighbors, the mirrored place is the flipped column, and the place behind is the same pixel of the
-other sheet.
+the back. So each place of the skin has a pixel on one of two pictures. Neighbors stay neighbors there, the
+mirrored place is in the flipped column, and the place behind is at the same pixel of the other
+sheet.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.types import BoolArray, FloatArray, IntArray
 
-ROWS, COLUMNS = 256, 192
-"""Size of a sheet, pixels."""
+ROWS = 256
+"""Height of a sheet, pixels."""
+COLUMNS = 192
+"""Width of a sheet, pixels."""
 _MARGIN = 6
 """Empty pixels above and below the body."""
 

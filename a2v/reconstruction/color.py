@@ -178,7 +178,7 @@ def color_surface(
     trust = photo.trust(vertices, normals)
     if canvas is not None:
         photo.canvas = canvas
-        trust = trust * canvas.agrees(camera.project(vertices), canvas.parts)
+        trust = trust * canvas.agrees(camera.project(vertices), canvas.owners)
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
@@ -343,6 +343,7 @@ def _continued(
         face=face | shown.mouth,
         rest=None if photo.canvas is None else photo.canvas.rest,
         cloth=None if photo.canvas is None else photo.canvas.loose,
+        strands=None if photo.canvas is None else photo.canvas.strands,
     )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 

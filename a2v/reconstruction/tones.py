@@ -70,7 +70,7 @@ def without_strangers(
     """
     from scipy.spatial import cKDTree
 
-    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
+    lost = ~known & (canvas.agrees(pixels, canvas.owners) < 0.5)
     result = expected.copy()
     for names in LIMB_PARTS:
         own = on_parts(canvas.parts, *names)

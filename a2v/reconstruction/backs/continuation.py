@@ -171,9 +171,8 @@ def continue_photo(
         | strange[np.where(twins, seen.twin, seen.front)]
     ) & ~seen.known
     # networks expect skin below short hair, and hair if they have seen no face
-    unlike = (
-        ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
-    )
+    hairy = seen.scalp if seen.strands is None else seen.scalp | seen.strands
+    unlike = ((hairy & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     return Continuation(
         labels=labels,
         expected=in_palette(

@@ -15,6 +15,15 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
+from a2v.reconstruction.canonical.hair import (
+    Hair,
+    Person,
+    hair_faces,
+    make_hair,
+    under_hair,
+    with_hair,
+)
+from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
@@ -98,14 +107,19 @@ def canonical_person(
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
+    long = long_hair(sight.subject, sights[0].body, sight.camera)
+    beneath = np.zeros(len(parts), bool)
+    if long is not None:
+        beneath = under_hair(body, at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = (
         mesh.skin
         & ~on_parts(parts, *HANDS)
         & ~laid.around(mesh, at_rest)
         & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
         & ~hidden
+        & ~beneath
     )
-    vertices = _displaced(sights, poses, rest, asked, settings)
+    vertices = _displaced(sights, poses, rest, asked, settings, long)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
         vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
@@ -114,6 +128,13 @@ def canonical_person(
         standing, faces = (
             with_skirt(standing, skirt),
             np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
+        )
+    hair = None if long is None else _hair(sight, body, standing_of(vertices, mesh, body), long)
+    if hair is not None:
+        first = len(standing.vertices)
+        standing, faces = (
+            with_hair(standing, hair),
+            np.concatenate([faces, first + hair_faces()]),
         )
     found = {
         "character": "canonical",
@@ -154,18 +175,36 @@ def _skirt(
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 
 
+def _hair(sight: Sight, body: Body, bald: Standing, seen: HairSeen) -> Hair | None:
+    """The layer of long hair on a standing person without it."""
+    mesh = topology()
+    faces = mesh.faces[mesh.skin[mesh.faces].all(axis=1)]
+    person = Person(
+        rest=bald.vertices.astype(np.float64),
+        posed=posed_vertices(bald, body).astype(np.float64),
+        faces=faces,
+    )
+    parts = np.asarray(bald.parts, np.int64)
+    return make_hair(person, parts, body, seen, sight.camera)
+
+
 def _displaced(
     sights: Sequence[Sight],
     poses: Sequence[FloatArray],
     rest: RestMesh,
     asked: BoolArray,
     settings: CharacterSettings,
+    long: HairSeen | None,
 ) -> FloatArray:
     """Displace the vertices (V, 3) at rest that are selected in `asked` (V,) by the observations of
-    the photos."""
+    the photos. On the trunk, `long` hair gives no displacement."""
     normals = ray_normals(rest.vertices, rest.faces)
     sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
+    if long is not None:
+        posed = topology().refined(poses[0])
+        trunk = on_parts(rest.parts, "torso", "neck")
+        weight = weight * ~(trunk & long.at(sights[0].camera.project(posed)))
     offset = solve_offsets(
         rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
     )
@@ -292,7 +331,7 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
     """Return the backend's expected colors (V, 3) at the vertices of the character; NaN for
-    vertices far from its surface."""
+    vertices far from its surface, and for long hair: at the nape it expects skin and clothes."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:
@@ -303,4 +342,7 @@ def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
         for surface in (person.surface, made)
     ]
     good: BoolArray = (away < _EXPECTED) & ((normals[0][nearest] * normals[1]).sum(axis=1) > 0.3)
+    assert made.standing is not None
+    layer = np.arange(len(good)) >= len(topology().twin)
+    good &= ~(layer & on_parts(np.asarray(made.standing.parts), "head"))  # long hair
     return np.where(good[:, None], person.expected_colors[nearest], np.nan).astype(np.float32)

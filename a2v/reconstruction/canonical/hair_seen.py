@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.limbs_seen import lit_skin
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
+from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 _SHADE = np.array([0.35, 1.0, 1.0])
 """Weights of lightness, a and b: hair shines, and lies in its own shadow."""
@@ -55,6 +55,12 @@ class HairSeen:
 
     pixels: BoolArray
     like_cloth: bool
+
+    def at(self, pixels: FloatArray) -> BoolArray:
+        """Return which of the places `pixels` (n, 2) show hair."""
+        column, row = np.floor(pixels).astype(np.int64).T
+        high, wide = self.pixels.shape
+        return np.asarray(self.pixels[np.clip(row, 0, high - 1), np.clip(column, 0, wide - 1)])
 
 
 def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
@@ -106,6 +112,8 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
     if len(clothes):
         found &= (like < _away(lab, clothes)) | (rows < place.chin)
+    if like_cloth:
+        found &= rows < place.shoulder - _TO_SHOULDER * camera.scale
     kernel = np.ones((3, 3), np.uint8)
     found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     _, label = cv2.connectedComponents(found)

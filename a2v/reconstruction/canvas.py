@@ -87,8 +87,8 @@ class Canvas:
         Color of unseen hands, sRGB in [0, 1]; None if it is unknown, or they wear gloves.
     loose : (V,) bool, optional
         Vertices of a separate layer of cloth: a skirt.
-    strands : (V,) bool, optional
-        Vertices of a separate layer of long hair.
+    strands : (V,) int, optional
+        Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
     """
 
     rest: FloatArray
@@ -98,14 +98,14 @@ class Canvas:
     agreement: ByteArray
     hands: FloatArray | None = None
     loose: BoolArray | None = None
-    strands: BoolArray | None = None
+    strands: IntArray | None = None
 
     @functools.cached_property
     def owners(self) -> IntArray:
         """Row (V,) of `agreement` of each vertex: its part, or the last row for long hair."""
         if self.strands is None:
             return self.parts
-        return np.where(self.strands, len(PARTS), self.parts)
+        return np.where(self.strands >= 0, len(PARTS), self.parts)
 
     def agrees(self, pixels: FloatArray, owners: IntArray) -> FloatArray:
         """Return, from 0 to 1, whether the `pixels` (N, 2) of the photo belong to the `owners`

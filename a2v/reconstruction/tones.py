@@ -16,6 +16,12 @@ _TONED = 15
 """Smallest number of vertices for the tone of skin or hair."""
 _AROUND = 150
 """Number of visible vertices that give the color of an occluded one."""
+_AROUND_STRAND = 60
+"""Number of visible vertices of long hair that give the color of an unseen one."""
+_FAR_STRAND = 0.15
+"""Distance from visible hair from which on unseen hair has the median color of all, meters."""
+_STREAK = 3.0
+"""Largest standard deviation of the lightness of unseen strands, CIELAB units."""
 TONE = np.array([0.6, 0.75, 0.75])
 """Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
 
@@ -57,6 +63,46 @@ def even_tones(
         tone = skin = np.median(seen, axis=0)
         lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
         result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
+    return result
+
+
+def combed(
+    base: FloatArray, known: BoolArray, rest: FloatArray, strands: IntArray, *, scalp: BoolArray
+) -> FloatArray:
+    """Give unseen long hair the colors (V, 3) of the visible hair near it, and streaks along its
+    strands.
+
+    Parameters
+    ----------
+    known : (V,) bool
+        Visible vertices.
+    rest : (V, 3)
+        Vertices at rest, meters.
+    strands : (V,) int
+        Number of the strand of each vertex of the hair; -1 for all others.
+    scalp : (V,) bool
+        Vertices of hair on the head; those outside the layer get no streaks.
+    """
+    from scipy.spatial import cKDTree
+    from skimage.color import lab2rgb, rgb2lab
+
+    hair = scalp | (strands >= 0)
+    shown, hidden = hair & known, hair & ~known
+    if shown.sum() < _AROUND_STRAND or not hidden.any():
+        return base
+    lab = rgb2lab(np.clip(base[shown], 0, 1))
+    tree = cKDTree(rest[shown])
+    nearest = tree.query(rest[shown], k=_AROUND_STRAND, workers=1)[1]
+    unlike = float((lab[:, 0] - np.median(lab[nearest, 0], axis=1)).std())
+    streak = np.append(np.random.default_rng(0).normal(size=strands.max() + 1), 0.0)
+    nearest = tree.query(rest[hidden], k=_AROUND_STRAND, workers=1)[1]
+    found = np.median(lab[nearest], axis=1)
+    away = tree.query(rest[hidden], workers=1)[0]
+    share = np.clip(away / _FAR_STRAND, 0, 1)[:, None]
+    found += share * (np.median(lab, axis=0) - found)
+    found[:, 0] += min(unlike, _STREAK) * streak[strands[hidden]]
+    result = base.copy()
+    result[hidden] = np.clip(lab2rgb(found), 0, 1)
     return result
 
 

@@ -14,7 +14,7 @@ from a2v.geometry.rays import texels
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
-from a2v.reconstruction.canonical.hair import hair_layout, hair_twins
+from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
 from a2v.reconstruction.canonical.hair_seen import long_hair
 from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
@@ -53,7 +53,7 @@ def canvas_of(
         agreement=part_agreement(surface, parts, subject, camera.flat, clues=clues),
         hands=clues.tone(subject.image),
         loose=clues.loose,
-        strands=strands if strands.any() else None,
+        strands=np.where(strands, strand_numbers(len(parts)), -1) if strands.any() else None,
     )
 
 

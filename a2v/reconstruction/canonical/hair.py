@@ -186,7 +186,7 @@ def make_hair(
     along = np.repeat(np.linspace(0, 1, ROWS), COLUMNS)
     thick = _THICK[0] + (_THICK[1] - _THICK[0]) * smoothstep(along, 0.6, 1.0)
     skin = np.asarray(body.vertices[: SKIN.stop])
-    own = on_parts(body.parts[: SKIN.stop], "head", "neck", "torso")
+    own = on_parts(body.parts[: SKIN.stop], "head")
     turn = _turns(weights, bones, body)
     posed = np.einsum("nab,nb->na", turn[..., :3], outer) + turn[..., 3]
     anchors = np.flatnonzero(own)[cKDTree(skin[own]).query(posed, workers=1)[1]]
@@ -252,6 +252,11 @@ def hair_twins() -> IntArray:
     """Index (n,) of the mirrored vertex of each vertex."""
     count = 2 * ROWS * COLUMNS
     return np.asarray(np.arange(count).reshape(-1, COLUMNS)[:, ::-1].ravel())
+
+
+def strand_numbers(count: int) -> IntArray:
+    """Number of the strand (count,) of the last vertices of `count`, which are the layer."""
+    return np.asarray((np.arange(count) - count) % COLUMNS)
 
 
 class _Solid:

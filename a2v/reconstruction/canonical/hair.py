@@ -78,6 +78,8 @@ _GAP = 4
 _LONG = 0.17
 """Length of hair at the back below the base of the neck if it reaches the shoulders, meters: the
 photo does not show it."""
+_ROUNDED = 0.12
+"""Height by which strands at the sides are shorter, meters at a right angle from the back."""
 _SHORT = 0.03
 """Height above the base of the neck; hair whose visible ends are higher has this length all around,
 meters."""
@@ -376,7 +378,7 @@ def _turns(weights: FloatArray, bones: IntArray, body: Body) -> FloatArray:
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
-    return np.einsum("nk,nkab->nab", weights, moved[bones][..., :3, :])
+    return np.asarray(np.einsum("nk,nkab->nab", weights, moved[bones][..., :3, :]))
 
 
 def _even(grid: FloatArray) -> FloatArray:
@@ -389,9 +391,7 @@ def _even(grid: FloatArray) -> FloatArray:
     return np.asarray((rows + share * (even - rows)).reshape(-1, 3))
 
 
-def _to_outline(
-    posed: FloatArray, ways: FloatArray, seen: HairSeen, camera: Camera
-) -> FloatArray:
+def _to_outline(posed: FloatArray, ways: FloatArray, seen: HairSeen, camera: Camera) -> FloatArray:
     """Displacements (_STEPS, COLUMNS), meters, of the posed layer (n, 3) along outward `ways` (n,
     3) to the outline of the hair in the photo.
 
@@ -447,9 +447,7 @@ def _outermost(seen: HairSeen, flat: FloatArray, side: float, camera: Camera) ->
 
 def _shown(posed: FloatArray, person: Person, camera: Camera) -> BoolArray:
     """Return which places (n, 3) of the layer nothing of the body hides in the photo."""
-    scene = RayScene(
-        np.asarray(person.posed, np.float32), np.asarray(person.faces, np.int32)
-    )
+    scene = RayScene(np.asarray(person.posed, np.float32), np.asarray(person.faces, np.int32))
     ahead = unit(
         camera.raised(camera.flatten(posed) + np.array([0.0, 0.0, 0.01])) - posed, least=1e-9
     )
@@ -489,7 +487,8 @@ def _ends(grid: FloatArray, shown: BoolArray, hair: FloatArray, base: float) -> 
         [grid[int(end), column, 1] for column, end in enumerate(ends) if np.isfinite(end)]
     )
     high = float(np.median(heights)) if len(heights) else -np.inf
-    lowest = high if high > base + _SHORT else base - _LONG
+    aside = np.abs(np.linspace(-1, 1, COLUMNS)) * np.radians(180 - _FRONT)
+    lowest = high if high > base + _SHORT else base - _LONG + _ROUNDED * (1 - np.cos(aside))
     usual = (grid[..., 1] > lowest).sum(axis=0).astype(np.float64)
     ends = np.where(np.isfinite(ends), ends, usual)
     moving = np.linalg.norm(np.diff(grid, axis=0), axis=2) > 0.2 * _STEP

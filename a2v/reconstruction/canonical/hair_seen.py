@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import on_parts
 from a2v.reconstruction.limbs_seen import lit_skin
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
@@ -74,7 +73,7 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
 
     if subject.face is None:
         return None
-    mask = subject.mask > (127 if subject.mask.dtype == np.uint8 else 0.5)
+    mask = subject.mask > 0.5
     height, width = mask.shape
     lab = np.asarray(
         rgb2lab(cv2.GaussianBlur(subject.image, (0, 0), max(0.004 * camera.scale, 0.1))), np.float64
@@ -168,7 +167,7 @@ def _typical(lab: FloatArray) -> FloatArray:
     from scipy.cluster.vq import kmeans2
 
     if len(lab) < 4 * _CENTERS or lab.std(axis=0).max() < 0.5:
-        return np.median(lab, axis=0)[None]
+        return np.asarray(np.median(lab, axis=0)[None])
     centers, member = kmeans2(lab * _SHADE, _CENTERS, minit="++", seed=0, iter=10)
     share = np.bincount(member, minlength=_CENTERS) / len(member)
     return np.asarray(centers[share > _SHARE] / _SHADE)

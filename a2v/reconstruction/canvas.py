@@ -103,9 +103,12 @@ class Canvas:
     @functools.cached_property
     def owners(self) -> IntArray:
         """Row (V,) of `agreement` of each vertex: its part, or the last row for long hair."""
-        if self.strands is None:
-            return self.parts
-        return np.where(self.strands >= 0, len(PARTS), self.parts)
+        return self.parts if self.hairy is None else np.where(self.hairy, len(PARTS), self.parts)
+
+    @property
+    def hairy(self) -> BoolArray | None:
+        """Vertices (V,) of the layer of long hair; None without one."""
+        return None if self.strands is None else self.strands >= 0
 
     def agrees(self, pixels: FloatArray, owners: IntArray) -> FloatArray:
         """Return, from 0 to 1, whether the `pixels` (N, 2) of the photo belong to the `owners`

@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.seen import HAIR, HANDS
+from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_like, skin_of_hands
@@ -262,9 +262,7 @@ def color_surface(
             labels=continued.labels,
             bare=on_parts(canvas.parts, *HEAD, *HANDS),
         )
-        if canvas.strands is not None:
-            hair = (continued.labels == HAIR) & on_parts(canvas.parts, "head")
-            base = combed(base, known, canvas.rest, canvas.strands, scalp=hair)
+        base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
@@ -346,9 +344,7 @@ def _continued(
         face=face | shown.mouth,
         rest=None if photo.canvas is None else photo.canvas.rest,
         cloth=None if photo.canvas is None else photo.canvas.loose,
-        strands=None
-        if photo.canvas is None or photo.canvas.strands is None
-        else photo.canvas.strands >= 0,
+        strands=None if photo.canvas is None else photo.canvas.hairy,
     )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 

@@ -66,27 +66,24 @@ def even_tones(
     return result
 
 
-def combed(
-    base: FloatArray, known: BoolArray, rest: FloatArray, strands: IntArray, *, scalp: BoolArray
-) -> FloatArray:
-    """Give unseen long hair the colors (V, 3) of the visible hair near it, and streaks along its
-    strands.
+def combed(base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray) -> FloatArray:
+    """Give unseen hair of a person with long hair the colors (V, 3) of the visible hair near it,
+    and streaks along the strands. Short hair is returned unchanged.
 
     Parameters
     ----------
     known : (V,) bool
         Visible vertices.
-    rest : (V, 3)
-        Vertices at rest, meters.
-    strands : (V,) int
-        Number of the strand of each vertex of the hair; -1 for all others.
-    scalp : (V,) bool
-        Vertices of hair on the head; those outside the layer get no streaks.
+    labels : (V,) int
+        Index into `a2v.reconstruction.backs.seen.KINDS`.
     """
+    if canvas.strands is None:
+        return base
     from scipy.spatial import cKDTree
     from skimage.color import lab2rgb, rgb2lab
 
-    hair = scalp | (strands >= 0)
+    strands, rest = canvas.strands, canvas.rest
+    hair = ((labels == HAIR) & on_parts(canvas.parts, "head")) | (strands >= 0)
     shown, hidden = hair & known, hair & ~known
     if shown.sum() < _AROUND_STRAND or not hidden.any():
         return base

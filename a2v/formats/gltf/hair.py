@@ -109,7 +109,7 @@ def _own_layer(character: Character, skull: FloatArray) -> IntArray:
     for part in np.flatnonzero((hairy > 0.5 * count) & (count >= _SMALL)):
         own = np.flatnonzero(label == part)
         if part != count.argmax() and height[own].max() > skull[1] > height[own].min() + LENGTH:
-            return own[height[own] < skull[1]]
+            return np.asarray(own[height[own] < skull[1]])
     return none
 
 

@@ -15,14 +15,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
-from a2v.reconstruction.canonical.hair import (
-    Hair,
-    Person,
-    hair_faces,
-    make_hair,
-    under_hair,
-    with_hair,
-)
+from a2v.reconstruction.canonical.hair import Hair, hair_faces, make_hair, under_hair, with_hair
 from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
@@ -38,6 +31,7 @@ from a2v.reconstruction.canonical.skirt import (
     skirt_faces,
     with_skirt,
 )
+from a2v.reconstruction.canonical.strands import Person
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
     flat_soles,
@@ -49,7 +43,7 @@ from a2v.reconstruction.canonical.wear import (
 from a2v.reconstruction.canvas import STEP, body_shown, surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.reconstruction.limbs_seen import bare_feet
-from a2v.types import Body, BoolArray, FloatArray, Reconstruction, Standing, Surface
+from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
@@ -107,35 +101,25 @@ def canonical_person(
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
-    long = long_hair(sight.subject, sights[0].body, sight.camera)
-    beneath = np.zeros(len(parts), bool)
+    long = long_hair(sight.subject, body, sight.camera)
     if long is not None:
-        beneath = under_hair(body, at_rest, parts, ray_normals(at_rest, mesh.faces))
+        hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = (
         mesh.skin
         & ~on_parts(parts, *HANDS)
         & ~laid.around(mesh, at_rest)
         & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
         & ~hidden
-        & ~beneath
     )
     vertices = _displaced(sights, poses, rest, asked, settings, long)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
         vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
-    standing, faces = standing_of(vertices, mesh, body), mesh.faces
-    if skirt is not None:
-        standing, faces = (
-            with_skirt(standing, skirt),
-            np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
-        )
-    hair = None if long is None else _hair(sight, body, standing_of(vertices, mesh, body), long)
-    if hair is not None:
-        first = len(standing.vertices)
-        standing, faces = (
-            with_hair(standing, hair),
-            np.concatenate([faces, first + hair_faces()]),
-        )
+    standing, faces = _with_layers(
+        standing_of(vertices, mesh, body),
+        skirt,
+        None if long is None else _hair(sight, body, long, vertices),
+    )
     found = {
         "character": "canonical",
         "face": laid.reason,
@@ -175,17 +159,31 @@ def _skirt(
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 
 
-def _hair(sight: Sight, body: Body, bald: Standing, seen: HairSeen) -> Hair | None:
-    """The layer of long hair on a standing person without it."""
+def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Hair:
+    """The layer of long hair on a person whose vertices at rest are `rest` (V, 3)."""
     mesh = topology()
-    faces = mesh.faces[mesh.skin[mesh.faces].all(axis=1)]
+    bald = standing_of(rest, mesh, body)
     person = Person(
-        rest=bald.vertices.astype(np.float64),
+        rest=rest,
         posed=posed_vertices(bald, body).astype(np.float64),
-        faces=faces,
+        faces=mesh.faces[mesh.skin[mesh.faces].all(axis=1)],
+        parts=np.asarray(bald.parts, np.int64),
     )
-    parts = np.asarray(bald.parts, np.int64)
-    return make_hair(person, parts, body, seen, sight.camera)
+    return make_hair(person, body, seen, sight.camera)
+
+
+def _with_layers(
+    standing: Standing, skirt: Skirt | None, hair: Hair | None
+) -> tuple[Standing, IntArray]:
+    """Append the layers to a standing person, and return the faces (F, 3) of all."""
+    faces = [topology().faces]
+    if skirt is not None:
+        faces.append(len(standing.vertices) + skirt_faces(len(skirt.vertices)))
+        standing = with_skirt(standing, skirt)
+    if hair is not None:
+        faces.append(len(standing.vertices) + hair_faces())
+        standing = with_hair(standing, hair)
+    return standing, np.concatenate(faces)
 
 
 def _displaced(

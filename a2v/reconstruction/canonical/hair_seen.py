@@ -35,8 +35,10 @@ _ROWS = 0.5
 """Smallest share of the rows with such hair, on the side with more of it."""
 _UPRIGHT = 35.0
 """Largest angle of the head from the vertical, degrees."""
-_CHIN, _FOREHEAD = 152, 10
-"""Landmarks of mediapipe's face mesh."""
+_CHIN = 152
+"""Landmark of the chin in mediapipe's face mesh."""
+_FOREHEAD = 10
+"""Landmark of the upper end of the forehead."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -108,7 +108,9 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Hai
     posed = posed_by(bound(grid, body), body, grid)
     rows = grid.reshape(STEPS, COLUMNS, 3)
     shown, hair = shown_places(posed, person, camera), hair_around(posed, seen, camera)
-    outer = resampled(rows, strand_ends(rows, shown, hair, base), ROWS).reshape(-1, 3)
+    outer = resampled(rows, strand_ends(rows, shown, hair, base, free=seen.free), ROWS).reshape(
+        -1, 3
+    )
     weights, bones = bound(outer, body)
     normals = vertex_normals(outer, sheet(ROWS)).astype(np.float64)
     along = np.repeat(np.linspace(0, 1, ROWS), COLUMNS)

@@ -16,6 +16,7 @@ from a2v.reconstruction.canonical.strands import (
     STEPS,
     TUCKED,
     Person,
+    angles,
 )
 from a2v.types import BoolArray, Camera, FloatArray
 
@@ -41,9 +42,8 @@ _LONG = 0.17
 photo does not show it."""
 _ROUNDED = 0.12
 """Height by which strands at the sides are shorter, meters at a right angle from the back."""
-_SHORT = 0.03
-"""Height above the base of the neck; hair whose visible ends are higher has this length all around,
-meters."""
+_BEHIND = 105.0
+"""Angle from straight ahead, degrees, from which on strands hang behind the shoulders."""
 _EVEN = 2.5
 """Standard deviation of the smoothing of the ends over neighboring strands, strands."""
 
@@ -59,8 +59,7 @@ def to_outline(posed: FloatArray, beside: FloatArray, seen: HairSeen, camera: Ca
 
     flat = camera.project(posed).reshape(STEPS, COLUMNS, 2)
     aside = (camera.project(beside)[:, 0] - flat[..., 0].ravel()) / camera.scale / 0.01
-    around = FRONT + (360 - 2 * FRONT) * np.arange(COLUMNS) / (COLUMNS - 1)
-    around = np.minimum(around, 360 - around)
+    around = np.minimum(angles(), 360 - angles())
     total, weight = np.zeros((2, STEPS, COLUMNS))
     steps = np.arange(STEPS)
     for side in (-1.0, 1.0):
@@ -122,15 +121,28 @@ def hair_around(places: FloatArray, seen: HairSeen, camera: Camera) -> FloatArra
     return np.asarray(sample_image(share, camera.project(places)), np.float64)
 
 
-def strand_ends(grid: FloatArray, shown: BoolArray, hair: FloatArray, base: float) -> FloatArray:
-    """Steps (COLUMNS,) at which strands (STEPS, COLUMNS, 3) end; `shown` and `hair` (n,) are
-    whether they are visible, and the share of hair in the photo there."""
+def strand_ends(
+    grid: FloatArray, shown: BoolArray, hair: FloatArray, base: float, *, free: bool
+) -> FloatArray:
+    """Steps (COLUMNS,) at which strands (STEPS, COLUMNS, 3) end.
+
+    Parameters
+    ----------
+    shown, hair : (n,)
+        Whether places of the strands are visible, and the share of hair in the photo there.
+    base : float
+        Height of the base of the neck, meters.
+    free : bool
+        See `HairSeen`. If not, strands at the back continue behind the shoulders.
+    """
     from scipy.ndimage import gaussian_filter1d, median_filter
 
     shown, bare = shown.reshape(STEPS, COLUMNS), (hair < _SHOWS).reshape(STEPS, COLUMNS)
     low = grid[..., 1] < base + 0.09  # from the jaw down
     ends, told = np.full(COLUMNS, np.nan), np.zeros(COLUMNS, bool)
-    for column in range(COLUMNS):
+    around = angles()
+    behind = ~free & (np.minimum(around, 360 - around) > _BEHIND)
+    for column in np.flatnonzero(~behind):
         run = 0
         for step in np.flatnonzero(low[:, column]):
             run = run + 1 if shown[step, column] and bare[step, column] else 0
@@ -139,13 +151,13 @@ def strand_ends(grid: FloatArray, shown: BoolArray, hair: FloatArray, base: floa
                 break
     twin = ends[::-1]
     visible = (shown & low).any(axis=0)
-    ends = np.where(told | visible, ends, twin)
+    ends = np.where(told | visible | behind, ends, twin)
     heights = np.array(
         [grid[int(end), column, 1] for column, end in enumerate(ends) if np.isfinite(end)]
     )
     high = float(np.median(heights)) if len(heights) else -np.inf
     aside = np.abs(np.linspace(-1, 1, COLUMNS)) * np.radians(180 - FRONT)
-    lowest = high if high > base + _SHORT else base - _LONG + _ROUNDED * (1 - np.cos(aside))
+    lowest = high if free and np.isfinite(high) else base - _LONG + _ROUNDED * (1 - np.cos(aside))
     usual = (grid[..., 1] > lowest).sum(axis=0).astype(np.float64)
     ends = np.where(np.isfinite(ends), ends, usual)
     moving = np.linalg.norm(np.diff(grid, axis=0), axis=2) > 0.2 * STEP

@@ -33,6 +33,11 @@ _WIDE = 0.018
 """Smallest width of hair beside the neck, meters."""
 _ROWS = 0.5
 """Smallest share of the rows with such hair, on the side with more of it."""
+_FREE = 0.3
+"""Share of ends of hair over background or skin above which hair does not continue behind the
+shoulders."""
+_UNDER = 0.012
+"""Distance below an end of hair at which the photo shows what is there, meters."""
 _UPRIGHT = 35.0
 """Largest angle of the head from the vertical, degrees."""
 _CHIN = 152
@@ -52,10 +57,14 @@ class HairSeen:
     like_cloth : bool
         Whether the clothes have the color of the hair, so that the photo does not show where hair
         on the trunk ends.
+    free : bool
+        Whether below many ends of the hair there is background or skin. Above a shoulder, hair may
+        continue behind it.
     """
 
     pixels: BoolArray
     like_cloth: bool
+    free: bool
 
     def at(self, pixels: FloatArray) -> BoolArray:
         """Return which of the places `pixels` (n, 2) show hair."""
@@ -120,7 +129,10 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     _, label = cv2.connectedComponents(found)
     held = np.unique(label[crown & (found > 0)])
     found = (found > 0) & np.isin(label, held[held > 0])
-    return HairSeen(found, like_cloth) if _reaches_down(found, place, camera) else None
+    if not _reaches_down(found, place, camera):
+        return None
+    bare = ~mask | (far_from_skin < _ALIKE)
+    return HairSeen(found, like_cloth, _ends_free(found, bare, place, camera))
 
 
 @dataclass(frozen=True)
@@ -162,6 +174,18 @@ def _reaches_down(found: BoolArray, place: _Place, camera: Camera) -> bool:
     ):
         sides.append((window.sum(axis=1) > _WIDE * camera.scale).mean() if window.size else 0.0)
     return max(sides) > _ROWS
+
+
+def _ends_free(found: BoolArray, bare: BoolArray, place: _Place, camera: Camera) -> bool:
+    """Return whether many of the lower ends of hair beside the neck lie above `bare` (H, W) pixels:
+    background or skin."""
+    away = np.abs(np.arange(found.shape[1]) - place.middle) / camera.scale
+    asked = found.any(axis=0) & (away > _BESIDE[0]) & (away < _BESIDE[1])
+    low = len(found) - 1 - found[::-1].argmax(axis=0)
+    asked &= low > place.chin - _FROM_CHIN * camera.scale
+    columns = np.flatnonzero(asked)
+    below = np.minimum(low[columns] + round(_UNDER * camera.scale), len(found) - 1)
+    return bool(len(columns) and bare[below, columns].mean() > _FREE)
 
 
 def _typical(lab: FloatArray) -> FloatArray:

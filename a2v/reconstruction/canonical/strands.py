@@ -109,6 +109,12 @@ def head_place(rest: FloatArray, parts: IntArray) -> tuple[float, float]:
     return top, float((high[:, 2].min() + high[:, 2].max()) / 2)
 
 
+def angles() -> FloatArray:
+    """Angles (COLUMNS,) of the strands' roots, degrees: 0 in front, growing to the person's left
+    (+x)."""
+    return np.linspace(FRONT, 360 - FRONT, COLUMNS)
+
+
 def strand_paths(person: Person, solid: Solid) -> FloatArray:
     """Paths (COLUMNS, STEPS, 3) of strands at rest: down, around the body.
 
@@ -118,7 +124,7 @@ def strand_paths(person: Person, solid: Solid) -> FloatArray:
 
     rest, parts = person.rest, person.parts
     top, middle = head_place(rest, parts)
-    angle = np.radians(np.linspace(FRONT, 360 - FRONT, COLUMNS))
+    angle = np.radians(angles())
     way = np.stack([np.sin(angle), np.zeros(COLUMNS), np.cos(angle)], axis=1)
     center = np.array([0.0, top - RING, middle])
     place = center + solid.reach(np.tile(center, (COLUMNS, 1)), way)[:, None] * way

@@ -64,7 +64,7 @@ def bake(
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         trust = photo.trust(point, normal)[:, None]
         if photo.canvas is not None:
-            trust *= photo.canvas.agrees(pixels, photo.canvas.parts[strongest])[:, None]
+            trust *= photo.canvas.agrees(pixels, photo.canvas.owners[strongest])[:, None]
         trust, beyond, mirrored = of_other_half(photo, mesh, corner, weight, trust)
         if paint is not None:
             kind = paint.kinds[corner].max(axis=1)

@@ -3,6 +3,7 @@ each pixel of the photo."""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +59,10 @@ _CLOTH = 0.4
 _HEM = 0.1
 """Distance from cloth in front of legs within which the cloth may hang differently in the photo,
 meters."""
+_WITHIN_HAIR = 0.002
+"""Distance from the border of hair within which its pixels are not used, meters."""
+_BESIDE_HAIR = 0.004
+"""Distance from hair within which pixels of trunk and neck are not used, meters."""
 STEP = 2
 """Side of the squares of pixels of the photo that are treated as one."""
 
@@ -76,11 +81,14 @@ class Canvas:
         The mirrored vertex.
     atlas : Atlas
     agreement : (P, H / step, W / step) uint8
-        For each part and pixel, 0 to 255: whether the pixel belongs to the part.
+        For each part and pixel, 0 to 255: whether the pixel belongs to the part. With long hair
+        one row more follows, for the hair.
     hands : (3,), optional
         Color of unseen hands, sRGB in [0, 1]; None if it is unknown, or they wear gloves.
     loose : (V,) bool, optional
         Vertices of a separate layer of cloth: a skirt.
+    strands : (V,) int, optional
+        Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
     """
 
     rest: FloatArray
@@ -90,14 +98,25 @@ class Canvas:
     agreement: ByteArray
     hands: FloatArray | None = None
     loose: BoolArray | None = None
+    strands: IntArray | None = None
 
-    def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
-        """Return, from 0 to 1, whether the `pixels` (N, 2) of the photo belong to the `parts`
+    @functools.cached_property
+    def owners(self) -> IntArray:
+        """Row (V,) of `agreement` of each vertex: its part, or the last row for long hair."""
+        return self.parts if self.hairy is None else np.where(self.hairy, len(PARTS), self.parts)
+
+    @property
+    def hairy(self) -> BoolArray | None:
+        """Vertices (V,) of the layer of long hair; None without one."""
+        return None if self.strands is None else self.strands >= 0
+
+    def agrees(self, pixels: FloatArray, owners: IntArray) -> FloatArray:
+        """Return, from 0 to 1, whether the `pixels` (N, 2) of the photo belong to the `owners`
         (N,)."""
         _, height, width = self.agreement.shape
         column = np.clip(pixels[:, 0] / STEP, 0, width - 1).astype(np.int64)
         row = np.clip(pixels[:, 1] / STEP, 0, height - 1).astype(np.int64)
-        return self.agreement[parts, row, column] / 255.0
+        return self.agreement[owners, row, column] / 255.0
 
 
 def strangers() -> BoolArray:
@@ -125,6 +144,10 @@ class Clues:
         (`a2v.reconstruction.limbs_seen.bare_hands`).
     loose : (V,) bool
         Vertices of a separate layer of cloth: in their pixels the body map is not used.
+    strands : (V,) bool, optional
+        Vertices of a separate layer of long hair.
+    hair : (H, W) bool, optional
+        Pixels of the photo that show long hair; None: those of the head.
     """
 
     taken: BoolArray
@@ -132,6 +155,8 @@ class Clues:
     better: BoolArray
     skin: BoolArray | None
     loose: BoolArray
+    strands: BoolArray | None = None
+    hair: BoolArray | None = None
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
         """Return the pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do
@@ -242,7 +267,26 @@ def part_agreement(
             result[part][~within] = 0
     if hanging.any() and clues.skin is not None and clues.skin[hanging].mean() < _CLOTH:
         bare_legs(result, hanging, clues.skin, scale)
-    return result
+    return result if clues.strands is None else _with_hair(result, clues, scale)
+
+
+def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:
+    """Add a row for long hair to `agreement` (P, h, w): it takes only pixels of hair, deep within
+    them. Trunk and neck take none of these."""
+    import cv2
+
+    if clues.hair is None:
+        return np.concatenate([agreement, agreement[PARTS.index("head")][None]])
+    size = agreement.shape[:0:-1]
+    hair = cv2.resize(clues.hair.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    deep = cv2.distanceTransform(hair.astype(np.uint8), cv2.DIST_L2, 5) / scale
+    away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 5) / scale
+    for name in ("torso", "neck"):
+        part = PARTS.index(name)
+        free = np.clip((away - _BESIDE_HAIR) / _FADE, 0, 1) * 255
+        agreement[part] = np.minimum(agreement[part], free.astype(np.uint8))
+    own = np.clip((deep - _WITHIN_HAIR) / _FADE, 0, 1) * 255
+    return np.concatenate([agreement, own.astype(np.uint8)[None]])
 
 
 def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:

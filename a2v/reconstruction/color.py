@@ -29,7 +29,7 @@ from a2v.reconstruction.nearest import nearest_known, nearest_vertices
 from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
-from a2v.reconstruction.tones import even_tones, given_or_close, without_strangers
+from a2v.reconstruction.tones import combed, even_tones, given_or_close, without_strangers
 from a2v.types import (
     BoolArray,
     FloatArray,
@@ -178,7 +178,7 @@ def color_surface(
     trust = photo.trust(vertices, normals)
     if canvas is not None:
         photo.canvas = canvas
-        trust = trust * canvas.agrees(camera.project(vertices), canvas.parts)
+        trust = trust * canvas.agrees(camera.project(vertices), canvas.owners)
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
@@ -262,6 +262,7 @@ def color_surface(
             labels=continued.labels,
             bare=on_parts(canvas.parts, *HEAD, *HANDS),
         )
+        base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
@@ -343,6 +344,7 @@ def _continued(
         face=face | shown.mouth,
         rest=None if photo.canvas is None else photo.canvas.rest,
         cloth=None if photo.canvas is None else photo.canvas.loose,
+        strands=None if photo.canvas is None else photo.canvas.hairy,
     )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 

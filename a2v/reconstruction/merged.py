@@ -81,7 +81,7 @@ class OtherPhoto:
         photo = PhotoProjection(surface, subject, camera)
         photo.canvas = canvas
         trust = photo.trust(vertices, normals) * canvas.agrees(
-            camera.project(vertices), canvas.parts
+            camera.project(vertices), canvas.owners
         )
         trust = trust * (photo.unoccluded(vertices) & (normals[:, 2] > 0))
         colors = photo.patch_colors(vertices, faces)
@@ -120,7 +120,7 @@ class OtherPhoto:
         pixels = self.photo.camera.project(point)
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         trust = self.photo.trust(point, normal) * self.canvas.agrees(
-            pixels, self.canvas.parts[strongest]
+            pixels, self.canvas.owners[strongest]
         )
         trust = trust * (self.allowed[corner] * weight[..., 0]).sum(axis=1)
         return trust[:, None], _exposed(sample_image(self.photo.clean, pixels), self.gain)

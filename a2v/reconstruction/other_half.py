@@ -54,8 +54,8 @@ def of_other_half(
     there = photo.canvas.twin[corner[own]]
     point, normal = (within(values, there, share) for values in (mesh.vertices, mesh.normals))
     pixels = photo.camera.project(point)
-    part = photo.canvas.parts[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
-    beyond[own, 0] = photo.trust(point, normal) * photo.canvas.agrees(pixels, part)
+    owner = photo.canvas.owners[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
+    beyond[own, 0] = photo.trust(point, normal) * photo.canvas.agrees(pixels, owner)
     colors[own] = sample_image(photo.clean, pixels)
     facing = np.maximum(within(mesh.normals, corner[own], share)[:, 2], 0.0)
     worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)

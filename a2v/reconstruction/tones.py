@@ -16,6 +16,12 @@ _TONED = 15
 """Smallest number of vertices for the tone of skin or hair."""
 _AROUND = 150
 """Number of visible vertices that give the color of an occluded one."""
+_AROUND_STRAND = 60
+"""Number of visible vertices of long hair that give the color of an unseen one."""
+_FAR_STRAND = 0.15
+"""Distance from visible hair from which on unseen hair has the median color of all, meters."""
+_STREAK = 3.0
+"""Largest standard deviation of the lightness of unseen strands, CIELAB units."""
 TONE = np.array([0.6, 0.75, 0.75])
 """Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
 
@@ -60,6 +66,43 @@ def even_tones(
     return result
 
 
+def combed(base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray) -> FloatArray:
+    """Give unseen hair of a person with long hair the colors (V, 3) of the visible hair near it,
+    and streaks along the strands. Short hair is returned unchanged.
+
+    Parameters
+    ----------
+    known : (V,) bool
+        Visible vertices.
+    labels : (V,) int
+        Index into `a2v.reconstruction.backs.seen.KINDS`.
+    """
+    if canvas.strands is None:
+        return base
+    from scipy.spatial import cKDTree
+    from skimage.color import lab2rgb, rgb2lab
+
+    strands, rest = canvas.strands, canvas.rest
+    hair = ((labels == HAIR) & on_parts(canvas.parts, "head")) | (strands >= 0)
+    shown, hidden = hair & known, hair & ~known
+    if shown.sum() < _AROUND_STRAND or not hidden.any():
+        return base
+    lab = rgb2lab(np.clip(base[shown], 0, 1))
+    tree = cKDTree(rest[shown])
+    nearest = tree.query(rest[shown], k=_AROUND_STRAND, workers=1)[1]
+    unlike = float((lab[:, 0] - np.median(lab[nearest, 0], axis=1)).std())
+    streak = np.append(np.random.default_rng(0).normal(size=strands.max() + 1), 0.0)
+    nearest = tree.query(rest[hidden], k=_AROUND_STRAND, workers=1)[1]
+    found = np.median(lab[nearest], axis=1)
+    away = tree.query(rest[hidden], workers=1)[0]
+    share = np.clip(away / _FAR_STRAND, 0, 1)[:, None]
+    found += share * (np.median(lab, axis=0) - found)
+    found[:, 0] += min(unlike, _STREAK) * streak[strands[hidden]]
+    result = base.copy()
+    result[hidden] = np.clip(lab2rgb(found), 0, 1)
+    return result
+
+
 def without_strangers(
     expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
 ) -> FloatArray:
@@ -70,7 +113,7 @@ def without_strangers(
     """
     from scipy.spatial import cKDTree
 
-    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
+    lost = ~known & (canvas.agrees(pixels, canvas.owners) < 0.5)
     result = expected.copy()
     for names in LIMB_PARTS:
         own = on_parts(canvas.parts, *names)

@@ -45,6 +45,65 @@ def test_long_hair_is_a_layer_on_chains_below_the_head(long: Character) -> None:
     np.testing.assert_array_less(np.abs(hung.surface.vertices[tips, 0]), 0.4)
 
 
+def test_a_layer_that_is_there_already_swings_itself(bare: Character) -> None:
+    """A curtain of two sides behind head and back: below the skull it hangs on chains."""
+    surface, skull, names = bare.surface, head_of(bare), bare.body.bone_names
+    heights, across = np.linspace(skull[1] + 0.1, skull[1] - 0.3, 30), np.linspace(-0.1, 0.1, 12)
+    side = np.stack(
+        [
+            np.tile(across, 30),
+            np.repeat(heights, 12),
+            np.full(360, surface.vertices[:, 2].min() - 0.02),
+        ],
+        axis=1,
+    )
+    one = (np.arange(29)[:, None] * 12 + np.arange(11)).ravel()
+    sheet = np.concatenate(
+        [
+            np.stack([one, one + 1, one + 12], axis=1),
+            np.stack([one + 1, one + 13, one + 12], axis=1),
+        ]
+    )
+    count, black = len(surface.vertices), np.zeros((360, 3), np.float32)
+    kinds = np.repeat(
+        np.array([MATERIALS.index("cloth"), MATERIALS.index("hair")], np.uint8),
+        [len(surface.faces), len(sheet)],
+    )
+    layered = dataclasses.replace(
+        surface,
+        vertices=np.concatenate([surface.vertices, side.astype(np.float32)]),
+        faces=np.concatenate([surface.faces, (sheet + count).astype(np.int32)]),
+        colors=np.concatenate([surface.colors, black]),
+        uv=None,
+        texture=None,
+        normal_map=None,
+        materials=kinds,
+    )
+
+    def grown(values: np.ndarray, value: int) -> np.ndarray:
+        return np.concatenate([values, np.full((360, *values.shape[1:]), value, values.dtype)])
+
+    weights = grown(bare.weights, 0)
+    weights[count:, 0] = 1
+    person = dataclasses.replace(
+        bare,
+        surface=layered,
+        weights=weights,
+        bones=grown(bare.bones, names.index("head")),
+        anchors=grown(bare.anchors, 0),
+        parts=grown(bare.parts, 0),
+    )
+    hung, springs = hang_hair(person)
+    assert springs is not None
+    assert len(hung.surface.vertices) == len(layered.vertices)  # no copy
+    low = np.flatnonzero(layered.vertices[count:, 1] < skull[1] - 0.15) + count
+    on_chains = hung.weights[low] * (hung.bones[low] >= len(names))
+    np.testing.assert_allclose(on_chains.sum(axis=1), 1, atol=1e-5)
+    high = np.flatnonzero(layered.vertices[count:, 1] > skull[1]) + count
+    np.testing.assert_array_equal(hung.bones[high], person.bones[high])
+    np.testing.assert_array_equal(hung.weights[:count], person.weights[:count])
+
+
 def test_no_joint_of_the_hair_is_in_a_capsule_at_rest(long: Character) -> None:
     hung, springs = hang_hair(long)
     assert springs is not None

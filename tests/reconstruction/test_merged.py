@@ -111,7 +111,7 @@ def test_a_place_that_a_photo_does_not_show_never_takes_its_color():
         photo_size=(200, 200),
     )
     canvas = SimpleNamespace(
-        parts=np.zeros(len(surface.vertices), np.int64),
+        owners=np.zeros(len(surface.vertices), np.int64),
         agrees=lambda pixels, parts: np.ones(len(pixels)),
     )
     other = OtherPhoto.of(surface, subject, camera, canvas, delight=False)  # type: ignore[arg-type]

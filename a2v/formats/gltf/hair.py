@@ -19,7 +19,7 @@ from a2v.formats.gltf.springs import (
     to_segment,
     weights_between,
 )
-from a2v.geometry.mesh import joined_by, piece_of_faces, vertex_normals
+from a2v.geometry.mesh import joined_by, piece_of_faces, piece_of_vertices, vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.types import MATERIALS, BoolArray, Character, FloatArray, IntArray, Surface
 
@@ -57,9 +57,10 @@ _ARMS = (("leftUpperArm", "leftLowerArm"), ("rightUpperArm", "rightLowerArm"))
 def hang_hair(character: Character) -> tuple[Character, Springs | None]:
     """Hang the long hair of a character on VRM's rig on chains of bones below the head.
 
-    Hair is what has the color of the hair on the head and is connected to it. On the body's own
-    mesh it moves with the skin under it, so its lower part is copied into a separate layer that
-    swings; the mesh itself is unchanged. Short hair, hair of the same color as the clothing and a
+    Long hair that is a separate layer already swings below the skull. Else hair is what has the
+    color of the hair on the head and is connected to it. On the body's own mesh it moves with the
+    skin under it, so its lower part is copied into a separate layer that swings; the mesh itself is
+    unchanged. Short hair, hair of the same color as the clothing and a
     surface without materials are returned unchanged, with None.
     """
     names = character.body.bone_names
@@ -67,26 +68,49 @@ def hang_hair(character: Character) -> tuple[Character, Springs | None]:
         return character, None
     head = names.index("head")
     skull = character.body.bone_transforms[head, :3, 3].astype(np.float64)
-    faces = _falling(character, skull)
-    if not len(faces):
-        return character, None
-    count = len(character.surface.vertices)
-    layered = _with_layer(character, faces)
-    points = layered.surface.vertices[count:].astype(np.float64)
+    layer, layered = _own_layer(character, skull), character
+    if not len(layer):
+        faces = _falling(character, skull)
+        if not len(faces):
+            return character, None
+        layered = _with_layer(character, faces)
+        layer = np.arange(len(character.surface.vertices), len(layered.surface.vertices))
+    points = layered.surface.vertices[layer].astype(np.float64)
     along, used = _columns(points - skull)
     places = _places(points, along, used)
     body, bones = add_chains(layered.body, "hair", head, places)
     hung, owners = _weights(points, along, used, (places, bones), head)
     share = smoothstep(skull[1] - points[:, 1], 0, _BLEND)[:, None]
     weights, whose = layered.weights.copy(), layered.bones.copy()
-    weights[count:], whose[count:] = strongest(
-        np.concatenate([hung * share, weights[count:] * (1 - share)], axis=1),
-        np.concatenate([owners, whose[count:]], axis=1),
+    weights[layer], whose[layer] = strongest(
+        np.concatenate([hung * share, weights[layer] * (1 - share)], axis=1),
+        np.concatenate([owners, whose[layer]], axis=1),
     )
     changed = dataclasses.replace(layered, body=body, weights=weights, bones=whose)
     chains = tuple(map(tuple, bones.tolist()))
     capsules = _capsules(character, places)
     return changed, Springs(name="hair", chains=chains, capsules=capsules, swing=SWING)
+
+
+def _own_layer(character: Character, skull: FloatArray) -> IntArray:
+    """Return the vertices (n,) below the `skull` (3,) of a layer of long hair; none without one.
+
+    Such a layer is not connected to the body, is mostly hair by its color, and reaches from the
+    head to below the skull.
+    """
+    surface, none = character.surface, np.zeros(0, np.int64)
+    if surface.materials is None:
+        return none
+    label = piece_of_vertices(len(surface.vertices), surface.faces)
+    piece = label[surface.faces[:, 0]]
+    hairy = np.bincount(piece, surface.materials == MATERIALS.index("hair"), label.max() + 1)
+    count = np.bincount(piece, minlength=label.max() + 1)
+    height = surface.vertices[:, 1]
+    for part in np.flatnonzero((hairy > 0.5 * count) & (count >= _SMALL)):
+        own = np.flatnonzero(label == part)
+        if part != count.argmax() and height[own].max() > skull[1] > height[own].min() + LENGTH:
+            return np.asarray(own[height[own] < skull[1]])
+    return none
 
 
 def _falling(character: Character, skull: FloatArray) -> IntArray:

@@ -150,6 +150,8 @@ def continue_photo(
     # the heel of a shoe does not look like its laces; skin is even, and details of visible skin are
     # features, or shadows of hair and fingers
     even = (labels == SHOES) | ((labels == SKIN) & seen.on(*HEAD_PARTS, *HANDS))
+    if seen.strands is not None:
+        even |= seen.strands  # its details run along the strands
     woven = np.where(even, 0, labels)
     place, continues = match_surface(
         exemplar,
@@ -171,9 +173,8 @@ def continue_photo(
         | strange[np.where(twins, seen.twin, seen.front)]
     ) & ~seen.known
     # networks expect skin below short hair, and hair if they have seen no face
-    unlike = (
-        ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
-    )
+    hairy = seen.scalp if seen.strands is None else seen.scalp | seen.strands
+    unlike = ((hairy & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     return Continuation(
         labels=labels,
         expected=in_palette(

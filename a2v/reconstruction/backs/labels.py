@@ -168,6 +168,9 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         cost[:, column] += _reluctance(seen, int(kind), palettes)
         if seen.cloth is not None and kind not in (UPPER, LOWER):
             cost[seen.cloth, column] += _NEVER
+        if seen.strands is not None:
+            other = seen.strands if kind != HAIR else seen.on("torso") & ~seen.strands
+            cost[other, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # on the back a blurred expectation is less certain than the photo, and the label in front of

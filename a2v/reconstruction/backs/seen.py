@@ -70,6 +70,8 @@ class Seen:
         as found.
     cloth : (V,) bool, optional
         Vertices of a hanging layer, which is neither skin nor hair nor shoe.
+    strands : (V,) bool, optional
+        Vertices of a layer of long hair.
     """
 
     vertices: FloatArray
@@ -85,6 +87,7 @@ class Seen:
     face: BoolArray
     rest: FloatArray | None = None
     cloth: BoolArray | None = None
+    strands: BoolArray | None = None
 
     def on(self, *names: str) -> BoolArray:
         """Return which vertices (V,) lie on the parts of these names."""

@@ -15,6 +15,8 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
+from a2v.reconstruction.canonical.hair import Hair, hair_faces, make_hair, under_hair, with_hair
+from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
@@ -29,6 +31,7 @@ from a2v.reconstruction.canonical.skirt import (
     skirt_faces,
     with_skirt,
 )
+from a2v.reconstruction.canonical.strands import Person
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
     flat_soles,
@@ -40,7 +43,7 @@ from a2v.reconstruction.canonical.wear import (
 from a2v.reconstruction.canvas import STEP, body_shown, surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.reconstruction.limbs_seen import bare_feet
-from a2v.types import Body, BoolArray, FloatArray, Reconstruction, Standing, Surface
+from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
@@ -98,6 +101,9 @@ def canonical_person(
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
+    long = long_hair(sight.subject, body, sight.camera)
+    if long is not None:
+        hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = (
         mesh.skin
         & ~on_parts(parts, *HANDS)
@@ -105,16 +111,15 @@ def canonical_person(
         & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
         & ~hidden
     )
-    vertices = _displaced(sights, poses, rest, asked, settings)
+    vertices = _displaced(sights, poses, rest, asked, settings, long)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
         vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
-    standing, faces = standing_of(vertices, mesh, body), mesh.faces
-    if skirt is not None:
-        standing, faces = (
-            with_skirt(standing, skirt),
-            np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
-        )
+    standing, faces = _with_layers(
+        standing_of(vertices, mesh, body),
+        skirt,
+        None if long is None else _hair(sight, body, long, vertices),
+    )
     found = {
         "character": "canonical",
         "face": laid.reason,
@@ -154,18 +159,50 @@ def _skirt(
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 
 
+def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Hair:
+    """The layer of long hair on a person whose vertices at rest are `rest` (V, 3)."""
+    mesh = topology()
+    bald = standing_of(rest, mesh, body)
+    person = Person(
+        rest=rest,
+        posed=posed_vertices(bald, body).astype(np.float64),
+        faces=mesh.faces[mesh.skin[mesh.faces].all(axis=1)],
+        parts=np.asarray(bald.parts, np.int64),
+    )
+    return make_hair(person, body, seen, sight.camera)
+
+
+def _with_layers(
+    standing: Standing, skirt: Skirt | None, hair: Hair | None
+) -> tuple[Standing, IntArray]:
+    """Append the layers to a standing person, and return the faces (F, 3) of all."""
+    faces = [topology().faces]
+    if skirt is not None:
+        faces.append(len(standing.vertices) + skirt_faces(len(skirt.vertices)))
+        standing = with_skirt(standing, skirt)
+    if hair is not None:
+        faces.append(len(standing.vertices) + hair_faces())
+        standing = with_hair(standing, hair)
+    return standing, np.concatenate(faces)
+
+
 def _displaced(
     sights: Sequence[Sight],
     poses: Sequence[FloatArray],
     rest: RestMesh,
     asked: BoolArray,
     settings: CharacterSettings,
+    long: HairSeen | None,
 ) -> FloatArray:
     """Displace the vertices (V, 3) at rest that are selected in `asked` (V,) by the observations of
-    the photos."""
+    the photos. On the trunk, `long` hair gives no displacement."""
     normals = ray_normals(rest.vertices, rest.faces)
     sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
+    if long is not None:
+        posed = topology().refined(poses[0])
+        trunk = on_parts(rest.parts, "torso", "neck")
+        weight = weight * ~(trunk & long.at(sights[0].camera.project(posed)))
     offset = solve_offsets(
         rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
     )
@@ -292,7 +329,7 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
     """Return the backend's expected colors (V, 3) at the vertices of the character; NaN for
-    vertices far from its surface."""
+    vertices far from its surface, and for long hair: at the nape it expects skin and clothes."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:
@@ -303,4 +340,7 @@ def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
         for surface in (person.surface, made)
     ]
     good: BoolArray = (away < _EXPECTED) & ((normals[0][nearest] * normals[1]).sum(axis=1) > 0.3)
+    assert made.standing is not None
+    layer = np.arange(len(good)) >= len(topology().twin)
+    good &= ~(layer & on_parts(np.asarray(made.standing.parts), "head"))  # long hair
     return np.where(good[:, None], person.expected_colors[nearest], np.nan).astype(np.float32)

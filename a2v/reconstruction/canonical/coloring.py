@@ -8,17 +8,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from a2v.body.parts import PARTS
 from a2v.body.spots import spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
+from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
+from a2v.reconstruction.canonical.hair_seen import long_hair
 from a2v.reconstruction.canonical.several import Sight
-from a2v.reconstruction.canonical.skirt import body_layout, skirt_layout, skirt_twins
+from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
+from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
 from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.reconstruction.merged import OtherPhoto
-from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
+from a2v.types import Body, Camera, FloatArray, Progress, Reconstruction, Subject, Surface
 
 
 def canvas_of(
@@ -29,17 +34,26 @@ def canvas_of(
     assert surface.standing is not None
     parts = np.asarray(surface.standing.parts, np.int64)
     own = len(topology().twin)
-    hanging = len(parts) - own
-    clues = clues_of(subject, body, camera, np.arange(len(parts)) >= own)
-    agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues)
+    layer = np.arange(len(parts)) >= own
+    strands = layer & (parts == PARTS.index("head"))
+    hanging = int((layer & ~strands).sum())
+    clues = clues_of(subject, body, camera, layer & ~strands)
+    twins = [topology().twin, own + skirt_twins(hanging)]
+    if strands.any():
+        twins.append(own + hanging + hair_twins())
+        seen = long_hair(subject, body, camera)
+        clues = dataclasses.replace(
+            clues, strands=strands, hair=None if seen is None else seen.pixels
+        )
     return Canvas(
         rest=surface.standing.vertices.astype(np.float64),
         parts=parts,
-        twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
-        atlas=layout(size, hanging),
-        agreement=agreement,
+        twin=np.concatenate(twins),
+        atlas=layout(size, hanging, hairy=bool(strands.any())),
+        agreement=part_agreement(surface, parts, subject, camera.flat, clues=clues),
         hands=clues.tone(subject.image),
         loose=clues.loose,
+        strands=np.where(strands, strand_numbers(len(parts)), -1) if strands.any() else None,
     )
 
 
@@ -97,11 +111,21 @@ def _in_pose_of(surface: Surface, sight: Sight, *, first: bool) -> Surface:
 
 
 @functools.lru_cache(maxsize=2)
-def layout(size: int, hanging: int = 0) -> Atlas:
-    """MakeHuman's texture layout on `size` texels per side, above the strip of a skirt with
-    `hanging` vertices (0: no strip)."""
-    uv = topology().uv
+def layout(size: int, hanging: int = 0, *, hairy: bool = False) -> Atlas:
+    """MakeHuman's texture layout on `size` texels per side, above the strips of a skirt with
+    `hanging` vertices (0: no strip) and, if `hairy`, of long hair."""
+    uv, strips, height = topology().uv, [], 0.0
     if hanging:
-        uv = np.concatenate([body_layout(uv), skirt_layout(hanging)])
+        strips, height = [skirt_layout(hanging)], SKIRT_SHARE
+    if hairy:
+        strips.append(hair_layout() + np.array([0.0, height], np.float32))
+        height += HAIR_SHARE
+    if strips:
+        uv = np.concatenate([body_layout(uv, height), *strips])
     face, barycentric = texels(uv.astype(np.float64) * size, size)
     return Atlas(uv, size, face, barycentric, float(size))
+
+
+def body_layout(uv: FloatArray, share: float) -> FloatArray:
+    """Texture coordinates (f, 3, 2) of the body above strips of the height `share`."""
+    return np.asarray(uv * (1 - share) + [0.0, share], np.float32)

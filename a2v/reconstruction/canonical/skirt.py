@@ -56,7 +56,7 @@ _AS_ONE: tuple[tuple[str, ...], ...] = (
     ),
 )
 """Groups of Anny's bones that move cloth as one; the first takes the weight."""
-_SHARE = 0.2
+SHARE = 0.2
 """Height of the strip of the skirt at the bottom of the texture, by which the layout of the body
 shrinks."""
 _INNER = 0.03
@@ -215,14 +215,9 @@ def skirt_layout(count: int) -> FloatArray:
     column += COLUMNS * ((column == 0) & (column.max(axis=1) == COLUMNS - 1)[:, None])
     v = 1 - row / (rows - 1)
     high = np.where(
-        inner[:, None], 0.004 + (_INNER - 0.008) * v, _INNER + 0.004 + (_SHARE - _INNER - 0.012) * v
+        inner[:, None], 0.004 + (_INNER - 0.008) * v, _INNER + 0.004 + (SHARE - _INNER - 0.012) * v
     )
     return np.asarray(np.stack([0.004 + 0.992 * column / COLUMNS, high], axis=-1), np.float32)
-
-
-def body_layout(uv: FloatArray) -> FloatArray:
-    """Texture coordinates (f, 3, 2) of the body above the strip of the skirt."""
-    return np.asarray(uv * (1 - _SHARE) + [0.0, _SHARE], np.float32)
 
 
 def skirt_twins(count: int) -> IntArray:

@@ -1,0 +1,206 @@
+"""Find long hair in the photo: hair beside the neck, from the ears down to the shoulders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.reconstruction.limbs_seen import lit_skin
+from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
+
+_SHADE = np.array([0.35, 1.0, 1.0])
+"""Weights of lightness, a and b: hair shines, and lies in its own shadow."""
+_CENTERS = 4
+"""Number of typical colors of the hair, and of the clothes."""
+_SHARE = 0.06
+"""Smallest share of the pixels for a typical color."""
+_ALIKE = 11.0
+"""Largest distance of a pixel of hair from a typical color of the hair, CIELAB units."""
+_SKIN = 0.85
+"""A pixel of hair is nearer to the hair than this share of its distance from the skin."""
+_FEW = 40
+"""Smallest number of pixels on the crown."""
+_BELOW = 0.33
+"""Largest distance of hair below the chin, meters."""
+_BESIDE = (0.035, 0.17)
+"""Range beside the middle of the neck in which hair hangs, meters."""
+_FROM_CHIN = 0.02
+"""Height above the chin from which on hair beside the neck counts, meters."""
+_TO_SHOULDER = 0.035
+"""Height above the shoulder joints down to which it counts, meters."""
+_WIDE = 0.018
+"""Smallest width of hair beside the neck, meters."""
+_ROWS = 0.5
+"""Smallest share of the rows with such hair, on the side with more of it."""
+_FREE = 0.3
+"""Share of ends of hair over background or skin above which hair does not continue behind the
+shoulders."""
+_UNDER = 0.012
+"""Distance below an end of hair at which the photo shows what is there, meters."""
+_UPRIGHT = 35.0
+"""Largest angle of the head from the vertical, degrees."""
+_CHIN = 152
+"""Landmark of the chin in mediapipe's face mesh."""
+_FOREHEAD = 10
+"""Landmark of the upper end of the forehead."""
+
+
+@dataclass(frozen=True, eq=False)
+class HairSeen:
+    """Long hair in the photo.
+
+    Attributes
+    ----------
+    pixels : (H, W) bool
+        Pixels that show hair.
+    like_cloth : bool
+        Whether the clothes have the color of the hair, so that the photo does not show where hair
+        on the trunk ends.
+    free : bool
+        Whether below many ends of the hair there is background or skin. Above a shoulder, hair may
+        continue behind it.
+    """
+
+    pixels: BoolArray
+    like_cloth: bool
+    free: bool
+
+    def at(self, pixels: FloatArray) -> BoolArray:
+        """Return which of the places `pixels` (n, 2) show hair."""
+        column, row = np.floor(pixels).astype(np.int64).T
+        high, wide = self.pixels.shape
+        return np.asarray(self.pixels[np.clip(row, 0, high - 1), np.clip(column, 0, wide - 1)])
+
+
+def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
+    """Find long hair; None if the photo does not clearly show it.
+
+    The colors above the forehead are those of the hair. Long hair is connected to them, and
+    reaches along the neck down to the shoulders, where short hair leaves the background visible.
+    """
+    import cv2
+    from skimage.color import rgb2lab
+
+    if subject.face is None:
+        return None
+    mask = subject.mask > 0.5
+    height, width = mask.shape
+    lab = np.asarray(
+        rgb2lab(cv2.GaussianBlur(subject.image, (0, 0), max(0.004 * camera.scale, 0.1))), np.float64
+    )
+    face = subject.face[:, :2].astype(np.float64)
+    column, row = np.clip(np.rint(face).astype(np.int64), 0, [width - 1, height - 1]).T
+    tone = lit_skin(lab[row, column])
+    place = _Place.of(body, camera, face)
+    if tone is None or not place.upright:
+        return None
+    rows, columns = np.mgrid[:height, :width]
+    hull = np.zeros(mask.shape, np.uint8)
+    cv2.fillConvexPoly(hull, cv2.convexHull(face.astype(np.int32)), 1)
+    outside = mask & (hull == 0)
+    far_from_skin = np.linalg.norm((lab - tone) * _SHADE, axis=-1)
+    crown = (
+        outside
+        & (rows < face[_FOREHEAD, 1])
+        & (np.abs(columns - place.middle) < 0.09 * camera.scale)
+        & (far_from_skin > _ALIKE)
+    )
+    if crown.sum() < _FEW:
+        return None
+    hair = _typical(lab[crown])
+    like = _away(lab, hair)
+    cloth = outside & (rows > place.shoulder + 0.06 * camera.scale)
+    cloth &= (rows < place.shoulder + 0.3 * camera.scale) & (
+        np.abs(columns - place.middle) < 0.13 * camera.scale
+    )
+    found = outside & (like < _ALIKE) & (like < _SKIN * far_from_skin)
+    found &= rows < place.chin + _BELOW * camera.scale
+    clothes = _typical(lab[cloth]) if cloth.sum() > _FEW else np.zeros((0, 3))
+    # hair on the chest gives typical colors of "clothes", too
+    clothes = clothes[_away(clothes, hair) > _ALIKE] if len(clothes) else clothes
+    like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
+    if len(clothes):
+        found &= (like < _away(lab, clothes)) | (rows < place.chin)
+    if like_cloth:
+        found &= rows < place.shoulder - _TO_SHOULDER * camera.scale
+    kernel = np.ones((3, 3), np.uint8)
+    found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    _, label = cv2.connectedComponents(found)
+    held = np.unique(label[crown & (found > 0)])
+    found = (found > 0) & np.isin(label, held[held > 0])
+    if not _reaches_down(found, place, camera):
+        return None
+    bare = ~mask | (far_from_skin < _ALIKE)
+    return HairSeen(found, like_cloth, _ends_free(found, bare, place, camera))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Rows and columns of a head in the photo, pixels."""
+
+    middle: float
+    chin: float
+    shoulder: float
+    upright: bool
+
+    @classmethod
+    def of(cls, body: Body, camera: Camera, face: FloatArray) -> _Place:
+        heads = {
+            name: camera.project(body.bone_transforms[body.bone_names.index(name), None, :3, 3])[0]
+            for name in ("neck01", "head", "upperarm01.L", "upperarm01.R")
+        }
+        head = body.bone_names.index("head")
+        turn = body.bone_transforms[head, :3, :3] @ body.rest_transforms[head, :3, :3].T
+        return cls(
+            middle=float((heads["neck01"][0] + heads["head"][0]) / 2),
+            chin=float(face[_CHIN, 1]),
+            shoulder=float((heads["upperarm01.L"][1] + heads["upperarm01.R"][1]) / 2),
+            upright=bool(turn[1, 1] > np.cos(np.radians(_UPRIGHT))),
+        )
+
+
+def _reaches_down(found: BoolArray, place: _Place, camera: Camera) -> bool:
+    """Return whether hair lies beside the neck from the chin down to the shoulders, on at least one
+    side."""
+    low, high = (int(side * camera.scale) for side in _BESIDE)
+    first = int(place.chin - _FROM_CHIN * camera.scale)
+    last = int(max(place.shoulder - _TO_SHOULDER * camera.scale, place.chin + 0.02 * camera.scale))
+    middle = int(place.middle)
+    sides = []
+    for window in (
+        found[first:last, max(middle - high, 0) : max(middle - low, 0)],
+        found[first:last, middle + low : middle + high],
+    ):
+        sides.append((window.sum(axis=1) > _WIDE * camera.scale).mean() if window.size else 0.0)
+    return max(sides) > _ROWS
+
+
+def _ends_free(found: BoolArray, bare: BoolArray, place: _Place, camera: Camera) -> bool:
+    """Return whether many of the lower ends of hair beside the neck lie above `bare` (H, W) pixels:
+    background or skin."""
+    away = np.abs(np.arange(found.shape[1]) - place.middle) / camera.scale
+    asked = found.any(axis=0) & (away > _BESIDE[0]) & (away < _BESIDE[1])
+    low = len(found) - 1 - found[::-1].argmax(axis=0)
+    asked &= low > place.chin - _FROM_CHIN * camera.scale
+    columns = np.flatnonzero(asked)
+    below = np.minimum(low[columns] + round(_UNDER * camera.scale), len(found) - 1)
+    return bool(len(columns) and bare[below, columns].mean() > _FREE)
+
+
+def _typical(lab: FloatArray) -> FloatArray:
+    """Typical colors (n, 3) of CIELAB colors (N, 3)."""
+    from scipy.cluster.vq import kmeans2
+
+    if len(lab) < 4 * _CENTERS or lab.std(axis=0).max() < 0.5:
+        return np.asarray(np.median(lab, axis=0)[None])
+    centers, member = kmeans2(lab * _SHADE, _CENTERS, minit="++", seed=0, iter=10)
+    share = np.bincount(member, minlength=_CENTERS) / len(member)
+    return np.asarray(centers[share > _SHARE] / _SHADE)
+
+
+def _away(lab: FloatArray, typical: FloatArray) -> FloatArray:
+    """Distance (...) of CIELAB colors (..., 3) from the nearest typical one (n, 3)."""
+    return np.asarray(
+        np.min([np.linalg.norm((lab - one) * _SHADE, axis=-1) for one in typical], axis=0)
+    )

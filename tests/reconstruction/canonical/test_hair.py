@@ -1,0 +1,218 @@
+"""Long hair: when the photo shows it, and the layer that hangs from the head."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from a2v.body.fingers import reskinned
+from a2v.body.parts import PARTS, on_parts
+from a2v.geometry.mesh import is_closed, vertex_normals
+from a2v.geometry.rays import RayScene, signed_distance_and_normals
+from a2v.kinematics.skeleton import subtree
+from a2v.reconstruction.backs.seen import HAIR
+from a2v.reconstruction.canonical import Sight, canonical_person
+from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.coloring import layout
+from a2v.reconstruction.canonical.hair import (
+    ROWS,
+    hair_faces,
+    hair_layout,
+    hair_twins,
+    strand_numbers,
+)
+from a2v.reconstruction.canonical.hair_seen import long_hair
+from a2v.reconstruction.canonical.strands import COLUMNS
+from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.tones import combed
+from a2v.types import Body, BoolArray, FloatArray, Standing, Subject
+from tests.support.faces import CAMERA, photographed
+from tests.support.surfaces import coated
+
+SKIN, BLACK, GREEN = (205, 150, 120), (32, 26, 24), (40, 130, 70)
+COUNT = 2 * ROWS * COLUMNS
+
+
+def _with_hair(body: Body, down: float, *, cloth: tuple[int, int, int] = GREEN) -> Subject:
+    """A person whose black hair hangs beside the neck to the height `down`, meters from the chin
+    (negative: below it)."""
+    subject = photographed(body)
+    assert subject.face is not None
+    image = np.full_like(subject.image, 230)
+    mask = np.zeros(image.shape[:2], np.uint8)
+
+    def silhouette(*names: str) -> BoolArray:
+        drawn = np.zeros(mask.shape, np.uint8)
+        points = CAMERA.project(body.vertices.astype(np.float64)).astype(np.int32)
+        faces = body.faces[on_parts(body.parts, *names)[body.faces].all(axis=1)]
+        for corners in points[faces]:
+            cv2.fillConvexPoly(drawn, corners, 1)
+        return drawn > 0
+
+    every = silhouette(*PARTS)
+    image[every], mask[every] = cloth, 1
+    bare = silhouette("head", "neck")
+    image[bare] = SKIN
+    face = subject.face[:, :2].astype(np.int32)
+    chin = int(face[152, 1] - down * CAMERA.scale)
+    crown, middle = np.nonzero(bare)[0].min(), int(face[:, 0].mean())
+    hair = np.zeros(mask.shape, bool)
+    width = int(0.11 * CAMERA.scale)
+    hair[crown - 10 : chin, middle - width : middle + width] = True
+    hull = np.zeros(mask.shape, np.uint8)
+    cv2.fillConvexPoly(hull, cv2.convexHull(face), 1)
+    hair &= (hull == 0) & ~(silhouette("neck"))
+    image[hair], mask[hair] = BLACK, 1
+    image[hull > 0] = SKIN
+    return dataclasses.replace(subject, image=image, mask=mask.astype(subject.mask.dtype))
+
+
+@pytest.fixture(scope="module")
+def photo(body: Body) -> Subject:
+    return _with_hair(body, -0.07)
+
+
+def test_hair_beside_the_neck_is_long(body: Body, photo: Subject) -> None:
+    seen = long_hair(photo, body, CAMERA)
+    assert seen is not None
+    assert not seen.like_cloth
+    shown = (photo.image == BLACK).all(axis=-1)
+    assert (seen.pixels & shown).sum() > 0.9 * shown.sum()
+    assert not (seen.pixels & (photo.image == GREEN).all(axis=-1)).any()
+
+
+def test_short_hair_dark_clothes_and_an_unseen_face_give_no_long_hair(
+    body: Body, photo: Subject
+) -> None:
+    assert long_hair(_with_hair(body, 0.05), body, CAMERA) is None  # to the lips
+    assert long_hair(_with_hair(body, 0.05, cloth=BLACK), body, CAMERA) is None
+    assert long_hair(dataclasses.replace(photo, face=None), body, CAMERA) is None
+
+
+def test_on_clothes_of_its_color_hair_is_seen_down_to_the_shoulders_alone(body: Body) -> None:
+    seen = long_hair(_with_hair(body, -0.07, cloth=BLACK), body, CAMERA)
+    assert seen is not None
+    assert seen.like_cloth
+    shoulder = body.bone_transforms[body.bone_names.index("upperarm01.L"), :3, 3]
+    row = int(CAMERA.project(shoulder[None].astype(np.float64))[0, 1])
+    assert not seen.pixels[row:].any()
+
+
+@pytest.fixture(scope="module")
+def standing(body: Body, photo: Subject) -> Standing:
+    made = canonical_person(
+        Sight(photo, body, CAMERA, coated(body, cell=0.02, coat=0.01)), hangs=False
+    )
+    assert made.surface.standing is not None
+    assert is_closed(made.surface.vertices, made.surface.faces)
+    return made.surface.standing
+
+
+def test_long_hair_is_a_closed_layer_outside_the_body(standing: Standing) -> None:
+    mesh, first = topology(), len(topology().twin)
+    hair = standing.vertices[first:]
+    assert len(hair) == COUNT
+    assert is_closed(hair, hair_faces())
+    assert (standing.parts[first:] == PARTS.index("head")).all()
+    faces = mesh.faces[mesh.skin[mesh.faces].all(axis=1)]
+    skin = standing.vertices[:first]
+    away, _ = signed_distance_and_normals(
+        skin, faces, vertex_normals(skin, faces), RayScene(skin, faces.astype(np.int32)), hair
+    )
+    below = np.arange(COUNT) % (ROWS * COLUMNS) >= 10 * COLUMNS  # roots lie within the head
+    assert np.quantile(away[below], 0.01) > -0.003
+    assert away.max() < 0.15
+    outside = hair[: ROWS * COLUMNS].reshape(ROWS, COLUMNS, 3)
+    assert np.ptp(outside[..., 1]) > 0.25  # from the crown over the nape to the back
+    assert (outside[-1, COLUMNS // 2 - 5 : COLUMNS // 2 + 5, 2] < 0).all()
+
+
+def test_hair_follows_the_head_and_no_arm(standing: Standing, body: Body) -> None:
+    first, names = len(topology().twin), body.bone_names
+    weights, bones = standing.weights[first:], standing.bones[first:]
+    assert np.allclose(weights.sum(axis=1), 1, atol=1e-5)
+    used = {names[bone] for bone in np.unique(bones[weights > 0])}
+    assert used <= {"head", "neck02", "spine01", "spine02", "spine03", "spine04"}
+    rows = weights * (bones == names.index("head"))
+    assert (rows.sum(axis=1)[:COLUMNS] > 0.99).all()
+
+
+@pytest.mark.parametrize("turn", [[0.0, 60.0, 0.0], [35.0, 0.0, 0.0], [-30.0, 0.0, 20.0]])
+def test_no_turn_of_the_head_tears_the_hair(
+    standing: Standing, body: Body, turn: list[float]
+) -> None:
+    posed = _turned(body, "head", turn)
+    first, faces = len(topology().twin), hair_faces()
+    moved = posed_vertices(standing, posed)[first:]
+    still = posed_vertices(standing, body)[first:]
+    assert np.abs(moved - still).max() > 0.05
+    long = _edges(moved, faces)
+    assert not ((long > 0.04) & (long > 3 * _edges(still, faces))).any()
+    assert np.quantile(long, 0.999) < 0.04
+
+
+def _turned(body: Body, name: str, turn: list[float]) -> Body:
+    bone = body.bone_names.index(name)
+    transforms = body.bone_transforms.astype(np.float64)
+    moved, center = np.eye(4), transforms[bone, :3, 3]
+    moved[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
+    moved[:3, 3] = center - moved[:3, :3] @ center
+    below = subtree(body.bone_parents, bone)
+    transforms[below] = moved @ transforms[below]
+    return reskinned(body, transforms)
+
+
+def _edges(vertices: FloatArray, faces: FloatArray) -> FloatArray:
+    corners = vertices[faces]
+    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+
+
+def test_the_strip_of_the_hair_lies_below_the_body_and_beside_that_of_a_skirt() -> None:
+    faces = len(topology().faces)
+    alone = layout(256, hairy=True).uv
+    assert len(alone) == faces + len(hair_faces()) == faces + len(hair_layout())
+    assert alone.min() >= 0
+    assert alone.max() <= 1
+    assert alone[faces:, :, 1].max() < alone[:faces, :, 1].min()
+    both = layout(256, 2 * 192 * 20, hairy=True).uv
+    hair, skirt = both[-len(hair_faces()) :], both[faces : -len(hair_faces())]
+    assert skirt[..., 1].max() < hair[..., 1].min()
+    assert hair[..., 1].max() < both[:faces, :, 1].min()
+
+
+def test_twins_of_strands_are_mirrored(standing: Standing) -> None:
+    twins = hair_twins()
+    assert (twins[twins] == np.arange(COUNT)).all()
+    roots = standing.vertices[len(topology().twin) :][:COLUMNS]
+    assert np.abs(roots * [-1, 1, 1] - roots[twins[:COLUMNS]]).max() < 0.02
+    assert (strand_numbers(COUNT)[:COLUMNS] == np.arange(COLUMNS)).all()
+
+
+def test_unseen_strands_have_the_tone_of_the_visible_ones_and_streaks() -> None:
+    rows, columns = np.mgrid[:40, :30]
+    rest = np.stack([columns.ravel(), -rows.ravel(), 0 * rows.ravel()], axis=1) * 0.01
+    canvas = Canvas(
+        rest=rest,
+        parts=np.full(1200, PARTS.index("head")),
+        twin=np.arange(1200),
+        atlas=layout(256),
+        agreement=np.zeros((len(PARTS) + 1, 1, 1), np.uint8),
+        strands=columns.ravel(),
+    )
+    base = np.random.default_rng(1).normal([0.4, 0.25, 0.2], 0.02, (1200, 3))
+    known, labels = rows.ravel() < 20, np.full(1200, HAIR)
+    base[~known] = [0.1, 0.8, 0.1]
+    result = combed(base, known, canvas, labels)
+    assert (result[known] == base[known]).all()
+    assert np.abs(result[~known].mean(axis=0) - [0.4, 0.25, 0.2]).max() < 0.05
+    assert result[-30:].std(axis=0).max() > 0.003  # from strand to strand
+    assert (combed(base, known & (rest[:, 0] < 0), canvas, labels) == base).all()
+    assert (canvas.owners == len(PARTS)).all()
+    short = dataclasses.replace(canvas, strands=None)
+    assert (combed(base, known, short, labels) == base).all()
+    assert (short.owners == PARTS.index("head")).all()

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import torch
+from scipy.spatial.transform import Rotation
 
 from a2v.body import JOINT_BONES, AnnyModel, FitResult, load_body_model, make_body
+from a2v.body.fingers import reskinned
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
+from a2v.kinematics.skeleton import subtree
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
 from a2v.types import Body, OrthographicCamera, PhotoCamera, Subject
 
@@ -123,6 +128,18 @@ def turned(body: Body, angle: float) -> Body:
         @ rotvec_to_rotmat(rotations[0].astype(np.float64))
     )
     return make_body(load_body_model("anny"), rotations, body.parameters["shape"], grounded=True)
+
+
+def with_turned_limb(body: Body, name: str, degrees: Sequence[float]) -> Body:
+    """The body with a limb, from the bone `name` on, turned about the world's x, y and z axes."""
+    bone = body.bone_names.index(name)
+    transforms = body.bone_transforms.astype(np.float64)
+    moved, center = np.eye(4), transforms[bone, :3, 3]
+    moved[:3, :3] = Rotation.from_euler("xyz", degrees, degrees=True).as_matrix()
+    moved[:3, 3] = center - moved[:3, :3] @ center
+    below = subtree(body.bone_parents, bone)
+    transforms[below] = moved @ transforms[below]
+    return reskinned(body, transforms)
 
 
 def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:

@@ -15,10 +15,11 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
-from a2v.reconstruction.canonical.hair import Hair, hair_faces, make_hair, under_hair, with_hair
+from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
 from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
+from a2v.reconstruction.canonical.layers import Layer, with_layer
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
@@ -29,7 +30,6 @@ from a2v.reconstruction.canonical.skirt import (
     covered,
     make_skirt,
     skirt_faces,
-    with_skirt,
 )
 from a2v.reconstruction.canonical.strands import Person
 from a2v.reconstruction.canonical.topology import Topology, topology
@@ -159,7 +159,7 @@ def _skirt(
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 
 
-def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Hair:
+def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Layer:
     """The layer of long hair on a person whose vertices at rest are `rest` (V, 3)."""
     mesh = topology()
     bald = standing_of(rest, mesh, body)
@@ -173,16 +173,16 @@ def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Hair:
 
 
 def _with_layers(
-    standing: Standing, skirt: Skirt | None, hair: Hair | None
+    standing: Standing, skirt: Skirt | None, hair: Layer | None
 ) -> tuple[Standing, IntArray]:
     """Append the layers to a standing person, and return the faces (F, 3) of all."""
     faces = [topology().faces]
     if skirt is not None:
         faces.append(len(standing.vertices) + skirt_faces(len(skirt.vertices)))
-        standing = with_skirt(standing, skirt)
+        standing = with_layer(standing, skirt, "torso")
     if hair is not None:
         faces.append(len(standing.vertices) + hair_faces())
-        standing = with_hair(standing, hair)
+        standing = with_layer(standing, hair, "head")
     return standing, np.concatenate(faces)
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.body.face import SKIN
-from a2v.body.parts import PARTS, on_parts
+from a2v.body.parts import on_parts
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
@@ -20,6 +19,7 @@ from a2v.reconstruction.canonical.hair_outline import (
     to_outline,
 )
 from a2v.reconstruction.canonical.hair_seen import HairSeen
+from a2v.reconstruction.canonical.layers import Layer, closed_faces
 from a2v.reconstruction.canonical.strands import (
     COLUMNS,
     FRONT,
@@ -33,7 +33,7 @@ from a2v.reconstruction.canonical.strands import (
     posed_by,
     strand_paths,
 )
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Standing
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray
 
 _EARS = 0.115
 """Depth of the ears' upper ends below the top of the head, meters."""
@@ -52,26 +52,6 @@ _INNER = 0.03
 """Height of the strip of the inner side."""
 
 
-@dataclass(frozen=True, eq=False)
-class Hair:
-    """The layer: the outer side row by row from the roots, then the inner side.
-
-    Attributes
-    ----------
-    vertices : (n, 3) float64
-        At rest, meters.
-    weights : (n, 4) float64
-    bones : (n, 4) int64
-    anchors : (n,) int64
-        Nearest vertices of the body.
-    """
-
-    vertices: FloatArray
-    weights: FloatArray
-    bones: IntArray
-    anchors: IntArray
-
-
 def under_hair(rest: FloatArray, parts: IntArray, normals: FloatArray) -> BoolArray:
     """Return which vertices (V, 3) at rest, with `normals` (V, 3), on `parts` (V,), lie under long
     hair: ears, nape and the sides of the neck. There the surface is hair, and not skin."""
@@ -82,7 +62,7 @@ def under_hair(rest: FloatArray, parts: IntArray, normals: FloatArray) -> BoolAr
     return np.asarray(head | (on_parts(parts, "neck") & (normals[:, 2] < 0.6)))
 
 
-def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Hair:
+def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Layer:
     """Make the layer of long hair.
 
     1. Strands run down from a ring around the head, outside the body, and end where they lie flat.
@@ -119,7 +99,7 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Hai
     own = on_parts(body.parts[: SKIN.stop], "head")
     posed = posed_by((weights, bones), body, outer)
     anchors = np.flatnonzero(own)[cKDTree(skin[own]).query(posed, workers=1)[1]]
-    return Hair(
+    return Layer(
         np.concatenate([outer, outer - thick[:, None] * normals]),
         np.tile(weights, (2, 1)),
         np.tile(bones, (2, 1)),
@@ -127,39 +107,12 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Hai
     )
 
 
-def with_hair(standing: Standing, hair: Hair) -> Standing:
-    """Append the hair, as a part of the head, to the standing surface of a body."""
-    head = np.full(len(hair.vertices), PARTS.index("head"))
-    return Standing(
-        vertices=np.concatenate([standing.vertices, hair.vertices]).astype(np.float32),
-        weights=np.concatenate([standing.weights, hair.weights]).astype(np.float32),
-        bones=np.concatenate([standing.bones, hair.bones]).astype(np.int32),
-        anchors=np.concatenate([standing.anchors, hair.anchors]).astype(np.int32),
-        parts=np.concatenate([standing.parts, head]).astype(np.int8),
-    )
-
-
 @functools.cache
 def hair_faces() -> IntArray:
     """The faces (f, 3) of the layer: both sides, and the strips that join them."""
-    outer, half = sheet(ROWS), ROWS * COLUMNS
-    number = np.arange(half).reshape(ROWS, COLUMNS)
-    rims = []
-    for edge, turned in (
-        (number[0], False),
-        (number[-1], True),
-        (number[:, 0], True),
-        (number[:, -1], False),
-    ):
-        one, two = edge[:-1], edge[1:]
-        ring = np.concatenate(
-            [
-                np.stack([one, two, two + half], axis=1),
-                np.stack([one, two + half, one + half], axis=1),
-            ]
-        )
-        rims.append(ring[:, ::-1] if turned else ring)
-    return np.concatenate([outer, outer[:, ::-1] + half, *rims])
+    number = np.arange(ROWS * COLUMNS).reshape(ROWS, COLUMNS)
+    edges = [(number[0], False), (number[-1], True), (number[:, 0], True), (number[:, -1], False)]
+    return closed_faces(sheet(ROWS), edges)
 
 
 @functools.cache

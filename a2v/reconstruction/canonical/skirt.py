@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.face import SKIN
-from a2v.body.parts import PARTS, on_parts
+from a2v.body.parts import on_parts
 from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.layers import Layer, closed_faces
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
-from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
+from a2v.types import Body, BoolArray, FloatArray, IntArray, Surface
 
 COLUMNS = 192
 """Number of vertices around the skirt."""
@@ -64,25 +65,15 @@ _INNER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Skirt:
-    """The layer: the outer side row by row from the top, then the inner side.
+class Skirt(Layer):
+    """The layer, row by row from the top.
 
     Attributes
     ----------
-    vertices : (n, 3) float64
-        At rest, meters.
-    weights : (n, 4) float64
-    bones : (n, 4) int64
-    anchors : (n,) int64
-        Nearest vertices of the body.
     hem : float
         Height of its lower end at rest, meters.
     """
 
-    vertices: FloatArray
-    weights: FloatArray
-    bones: IntArray
-    anchors: IntArray
     hem: float
 
 
@@ -170,37 +161,13 @@ def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> B
     return np.asarray(low & (rest[:, 1] > min(lowest, skirt.hem)) & (rest[:, 1] < top - _TUCKED))
 
 
-def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
-    """Append the skirt, as a part of the trunk, to the standing surface of a body."""
-    trunk = np.full(len(skirt.vertices), PARTS.index("torso"))
-    return Standing(
-        vertices=np.concatenate([standing.vertices, skirt.vertices]).astype(np.float32),
-        weights=np.concatenate([standing.weights, skirt.weights]).astype(np.float32),
-        bones=np.concatenate([standing.bones, skirt.bones]).astype(np.int32),
-        anchors=np.concatenate([standing.anchors, skirt.anchors]).astype(np.int32),
-        parts=np.concatenate([standing.parts, trunk]).astype(np.int8),
-    )
-
-
 def skirt_faces(count: int) -> IntArray:
     """Return the faces (f, 3) of a layer of `count` vertices: both sides, and the strips that join
     them."""
     rows = count // (2 * COLUMNS)
-    outer = _tube(rows)
-    half = rows * COLUMNS
-    around = np.arange(COLUMNS)
-    after = (around + 1) % COLUMNS
-    rims = []
-    for row, turned in ((0, False), (rows - 1, True)):
-        one, two = row * COLUMNS + around, row * COLUMNS + after
-        ring = np.concatenate(
-            [
-                np.stack([one, two, two + half], axis=1),
-                np.stack([one, two + half, one + half], axis=1),
-            ]
-        )
-        rims.append(ring[:, ::-1] if turned else ring)
-    return np.concatenate([outer, outer[:, ::-1] + half, *rims])
+    around = np.append(np.arange(COLUMNS), 0)
+    last = (rows - 1) * COLUMNS + around
+    return closed_faces(_tube(rows), [(around, False), (last, True)])
 
 
 @functools.lru_cache(maxsize=4)

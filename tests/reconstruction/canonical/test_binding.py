@@ -6,14 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from a2v.body import load_body_model, make_body
 from a2v.body.face import teeth
-from a2v.body.fingers import reskinned
 from a2v.body.parts import on_parts
 from a2v.body.spots import rest_vertices
-from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.binding import (
     binding_key,
     found_weights,
@@ -26,6 +23,7 @@ from a2v.reconstruction.canonical.skirt import make_skirt, skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import thin_under_skirt
 from a2v.types import Body, FloatArray, Standing
+from tests.support.bodies import with_turned_limb
 from tests.support.surfaces import coated
 
 
@@ -33,18 +31,6 @@ from tests.support.surfaces import coated
 def rest_body() -> Body:
     model = load_body_model("anny")
     return make_body(model, np.zeros((len(model.bone_names), 3), np.float32), model.shape_default)
-
-
-def _raised(body: Body, name: str, turn: FloatArray) -> Body:
-    """The body with a limb turned about its joint, degrees about the world's axes."""
-    bone = body.bone_names.index(name)
-    transforms = body.bone_transforms.astype(np.float64)
-    moved, center = np.eye(4), transforms[bone, :3, 3]
-    moved[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
-    moved[:3, 3] = center - moved[:3, :3] @ center
-    below = subtree(body.bone_parents, bone)
-    transforms[below] = moved @ transforms[below]
-    return reskinned(body, transforms)
 
 
 def _longest_of_stretched(standing: Standing, body: Body, faces: FloatArray) -> float:
@@ -80,7 +66,7 @@ def test_no_kick_and_no_raised_arm_tears_the_mesh(
         anchors=mesh.nearest.astype(np.int32),
         parts=rest_body.parts[mesh.nearest].astype(np.int8),
     )
-    posed = _raised(rest_body, bone, np.array(turn))
+    posed = with_turned_limb(rest_body, bone, turn)
     assert np.abs(posed_vertices(standing, posed) - rest).max() > 0.3
     assert _longest_of_stretched(standing, posed, faces) < 0.04
 
@@ -99,7 +85,7 @@ def test_no_kick_tears_a_skirt(rest_body: Body) -> None:
         anchors=skirt.anchors.astype(np.int32),
         parts=rest_body.parts[skirt.anchors].astype(np.int8),
     )
-    posed = _raised(rest_body, "upperleg01.L", np.array([-100.0, 0, 0]))
+    posed = with_turned_limb(rest_body, "upperleg01.L", [-100.0, 0, 0])
     faces = skirt_faces(len(skirt.vertices))
     assert np.abs(posed_vertices(standing, posed) - skirt.vertices).max() > 0.3
     assert _longest_of_stretched(standing, posed, faces) < 0.04

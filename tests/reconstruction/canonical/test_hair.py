@@ -7,13 +7,10 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
-from a2v.body.fingers import reskinned
 from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import is_closed, vertex_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
-from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.build import posed_vertices
@@ -31,6 +28,7 @@ from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.tones import combed
 from a2v.types import Body, BoolArray, FloatArray, Standing, Subject
+from tests.support.bodies import with_turned_limb
 from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
 
@@ -146,7 +144,7 @@ def test_hair_follows_the_head_and_no_arm(standing: Standing, body: Body) -> Non
 def test_no_turn_of_the_head_tears_the_hair(
     standing: Standing, body: Body, turn: list[float]
 ) -> None:
-    posed = _turned(body, "head", turn)
+    posed = with_turned_limb(body, "head", turn)
     first, faces = len(topology().twin), hair_faces()
     moved = posed_vertices(standing, posed)[first:]
     still = posed_vertices(standing, body)[first:]
@@ -154,17 +152,6 @@ def test_no_turn_of_the_head_tears_the_hair(
     long = _edges(moved, faces)
     assert not ((long > 0.04) & (long > 3 * _edges(still, faces))).any()
     assert np.quantile(long, 0.999) < 0.04
-
-
-def _turned(body: Body, name: str, turn: list[float]) -> Body:
-    bone = body.bone_names.index(name)
-    transforms = body.bone_transforms.astype(np.float64)
-    moved, center = np.eye(4), transforms[bone, :3, 3]
-    moved[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
-    moved[:3, 3] = center - moved[:3, :3] @ center
-    below = subtree(body.bone_parents, bone)
-    transforms[below] = moved @ transforms[below]
-    return reskinned(body, transforms)
 
 
 def _edges(vertices: FloatArray, faces: FloatArray) -> FloatArray:

@@ -98,12 +98,17 @@ def spots_of(nearest: IntArray, body: Body) -> Spots:
     )
 
 
-def moved_from_rest(body: Body) -> FloatArray:
-    """Return for each vertex the blended transform (V, 3, 4) float64 of its bones from rest."""
+def bones_from_rest(body: Body) -> FloatArray:
+    """Return the transform (B, 3, 4) float64 of each bone from its rest pose."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
-    return np.asarray(np.tensordot(body.weights.astype(np.float64), moved[:, :3], axes=1))
+    return np.asarray(moved[:, :3])
+
+
+def moved_from_rest(body: Body) -> FloatArray:
+    """Return for each vertex the blended transform (V, 3, 4) float64 of its bones from rest."""
+    return np.asarray(np.tensordot(body.weights.astype(np.float64), bones_from_rest(body), axes=1))
 
 
 def rest_vertices(body: Body) -> FloatArray:

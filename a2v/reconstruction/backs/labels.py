@@ -3,7 +3,6 @@ labels to the back."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -25,6 +24,7 @@ from a2v.reconstruction.backs.seen import (
     allowed_parts,
     lab_of,
 )
+from a2v.reconstruction.palettes import clustered_colors, palette_distance
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _NEVER = 60.0
@@ -161,7 +161,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         return np.full(len(lab), UNSURE), np.zeros(len(lab), bool)
     kinds = np.array(sorted(palettes))
     cost = np.stack(
-        [_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1
+        [palette_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds],
+        axis=1,
     )
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
@@ -246,7 +247,10 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
         torso, head = seen.on("torso"), seen.on("head")
         if torso.any() and head.any():
             far = cKDTree(seen.vertices[head]).query(seen.vertices[torso], workers=1)[0] > HANGING
-            alike = UPPER in palettes and _distance(palettes[HAIR], palettes[UPPER]).min() < _SAME
+            alike = (
+                UPPER in palettes
+                and palette_distance(palettes[HAIR], palettes[UPPER], _SHADE).min() < _SAME
+            )
             cost[torso] = np.where(far | alike, _NEVER, 0.0)
     return cost
 
@@ -290,7 +294,11 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     if crown.sum() <= _PALETTE.few:  # a low view: the hairline is within the box of the face
         crown = _hairline(seen, height, bare)
     if crown.sum() <= _PALETTE.few:  # fair hair has the hue of skin
-        crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
+        crown = (
+            head
+            & seen.scalp
+            & (SKIN not in found or palette_distance(lab, found[SKIN], _SHADE) > _FAIR)
+        )
     if crown.sum() > _PALETTE.few:
         found[HAIR] = _centers(lab[crown], None, count=2)
     body = seen.known & ~bare
@@ -303,7 +311,10 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
         thighs &= height > np.quantile(height[thighs], _PALETTE.thigh)
         lower = _centers(lab[thighs], None, count=4)
         # dresses and overalls: legs and chest have the same garment
-        if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:
+        if (
+            UPPER not in found
+            or np.median(palette_distance(lab[thighs], found[UPPER], _SHADE)) > _SAME
+        ):
             found[LOWER] = lower
     shoes = body & seen.on(*FOOT_PARTS)
     if shoes.sum() > _PALETTE.few:
@@ -329,22 +340,11 @@ def _hairline(seen: Seen, height: FloatArray, bare: BoolArray) -> BoolArray:
 def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:
     """At most `count` centers of colors (N, 3) by k-means, without small clusters; `start` (1, 3)
     is added."""
-    from scipy.cluster.vq import kmeans2
-
     none = np.zeros((0, 3)) if start is None else start
     if len(lab) < 4 * count or lab.std(axis=0).max() < 1.0:
         return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a palette may have fewer colors
-        centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=_KMEANS_ROUNDS)
-    share = np.bincount(member, minlength=count) / len(member)
-    return np.concatenate([none, centers[share > _PALETTE.share] / _SHADE])
-
-
-def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) -> FloatArray:
-    """Distance (V,) of colors (V, 3) from the nearest color of a palette (n, 3)."""
-    away = np.linalg.norm((lab[:, None] - palette[None]) * shade, axis=2)
-    return np.asarray(away.min(axis=1))
+    found = clustered_colors(lab, count, shade=_SHADE, share=_PALETTE.share, rounds=_KMEANS_ROUNDS)
+    return np.concatenate([none, found])
 
 
 def _smoothed(

@@ -10,6 +10,7 @@ import numpy as np
 
 from a2v.body.face import EYES, teeth
 from a2v.body.parts import on_parts
+from a2v.body.spots import bones_from_rest
 from a2v.io import digest_of_arrays, read_npz
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.types import Body, BoolArray, FloatArray, IntArray
@@ -80,6 +81,18 @@ def found_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
     largest = np.take_along_axis(dense, bones, axis=1)
     largest /= largest.sum(axis=1, keepdims=True)
     return largest.astype(np.float32), bones.astype(np.int32)
+
+
+def posed_by(weights: FloatArray, bones: IntArray, body: Body, points: FloatArray) -> FloatArray:
+    """Skin points (V, 3) at rest in the pose of `body`; `weights` and `bones` (V, 4) are theirs.
+    Returns (V, 3) float64."""
+    moved = bones_from_rest(body)
+    flat = moved.reshape(len(moved), 12)
+    weights = weights.astype(np.float64)
+    blended = sum(weights[:, k, None] * flat[bones[:, k]] for k in range(4)).reshape(-1, 3, 4)
+    return np.asarray(
+        np.einsum("vab,vb->va", blended[..., :3], points.astype(np.float64)) + blended[..., 3]
+    )
 
 
 def softened(weights: FloatArray, faces: IntArray, free: BoolArray) -> FloatArray:

@@ -13,7 +13,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canonical.binding import four_weights
+from a2v.reconstruction.canonical.binding import four_weights, posed_by
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
 from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
@@ -312,19 +312,8 @@ def blended_turns(body: Body) -> FloatArray:
 
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:
     """Skin a standing surface in the pose of its body: vertices (V, 3) float32."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
-        body.rest_transforms.astype(np.float64)
-    )
-    flat = moved[:, :3].reshape(len(moved), 12)
-    weights = standing.weights.astype(np.float64)
-    blended = sum(weights[:, k, None] * flat[standing.bones[:, k]] for k in range(4)).reshape(
-        -1, 3, 4
-    )
-    return np.asarray(
-        np.einsum("vab,vb->va", blended[..., :3], standing.vertices.astype(np.float64))
-        + blended[..., 3],
-        np.float32,
-    )
+    posed = posed_by(standing.weights, standing.bones, body, standing.vertices)
+    return posed.astype(np.float32)
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:

@@ -11,6 +11,7 @@ from a2v.body.parts import on_parts
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
+from a2v.reconstruction.canonical.binding import posed_by
 from a2v.reconstruction.canonical.hair_outline import (
     hair_around,
     resampled,
@@ -30,7 +31,6 @@ from a2v.reconstruction.canonical.strands import (
     evened_strands,
     head_place,
     least_distance,
-    posed_by,
     strand_paths,
 )
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray
@@ -80,12 +80,12 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Lay
     ways = unit(away, least=1e-9)
     fade = smoothstep(grid[:, 1], base - _FADE, base + _FADE)
     for _ in range(_ROUNDS):
-        posed = posed_by(binding, body, grid)
-        beside = posed_by(binding, body, grid + 0.01 * ways)
+        posed = posed_by(*binding, body, grid)
+        beside = posed_by(*binding, body, grid + 0.01 * ways)
         offset = fade * to_outline(posed, beside, seen, camera).ravel()
         grid = evened_strands(grid + offset[:, None] * ways)
         grid = solid.pushed(grid, least_distance(grid, base))
-    posed = posed_by(bound(grid, body), body, grid)
+    posed = posed_by(*bound(grid, body), body, grid)
     rows = grid.reshape(STEPS, COLUMNS, 3)
     shown, hair = shown_places(posed, person, camera), hair_around(posed, seen, camera)
     outer = resampled(rows, strand_ends(rows, shown, hair, base, free=seen.free), ROWS).reshape(
@@ -97,7 +97,7 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Lay
     thick = _THICK[0] + (_THICK[1] - _THICK[0]) * smoothstep(along, 0.6, 1.0)
     skin = np.asarray(body.vertices[: SKIN.stop])
     own = on_parts(body.parts[: SKIN.stop], "head")
-    posed = posed_by((weights, bones), body, outer)
+    posed = posed_by(weights, bones, body, outer)
     anchors = np.flatnonzero(own)[cKDTree(skin[own]).query(posed, workers=1)[1]]
     return Layer(
         np.concatenate([outer, outer - thick[:, None] * normals]),

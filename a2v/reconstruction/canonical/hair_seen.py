@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.reconstruction.limbs_seen import lit_skin
+from a2v.reconstruction.palettes import clustered_colors, palette_distance
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 _SHADE = np.array([0.35, 1.0, 1.0])
@@ -109,7 +110,7 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     if crown.sum() < _FEW:
         return None
     hair = _typical(lab[crown])
-    like = _away(lab, hair)
+    like = palette_distance(lab, hair, _SHADE)
     cloth = outside & (rows > place.shoulder + 0.06 * camera.scale)
     cloth &= (rows < place.shoulder + 0.3 * camera.scale) & (
         np.abs(columns - place.middle) < 0.13 * camera.scale
@@ -118,10 +119,10 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     found &= rows < place.chin + _BELOW * camera.scale
     clothes = _typical(lab[cloth]) if cloth.sum() > _FEW else np.zeros((0, 3))
     # hair on the chest gives typical colors of "clothes", too
-    clothes = clothes[_away(clothes, hair) > _ALIKE] if len(clothes) else clothes
+    clothes = clothes[palette_distance(clothes, hair, _SHADE) > _ALIKE] if len(clothes) else clothes
     like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
     if len(clothes):
-        found &= (like < _away(lab, clothes)) | (rows < place.chin)
+        found &= (like < palette_distance(lab, clothes, _SHADE)) | (rows < place.chin)
     if like_cloth:
         found &= rows < place.shoulder - _TO_SHOULDER * camera.scale
     kernel = np.ones((3, 3), np.uint8)
@@ -190,17 +191,6 @@ def _ends_free(found: BoolArray, bare: BoolArray, place: _Place, camera: Camera)
 
 def _typical(lab: FloatArray) -> FloatArray:
     """Typical colors (n, 3) of CIELAB colors (N, 3)."""
-    from scipy.cluster.vq import kmeans2
-
     if len(lab) < 4 * _CENTERS or lab.std(axis=0).max() < 0.5:
         return np.asarray(np.median(lab, axis=0)[None])
-    centers, member = kmeans2(lab * _SHADE, _CENTERS, minit="++", seed=0, iter=10)
-    share = np.bincount(member, minlength=_CENTERS) / len(member)
-    return np.asarray(centers[share > _SHARE] / _SHADE)
-
-
-def _away(lab: FloatArray, typical: FloatArray) -> FloatArray:
-    """Distance (...) of CIELAB colors (..., 3) from the nearest typical one (n, 3)."""
-    return np.asarray(
-        np.min([np.linalg.norm((lab - one) * _SHADE, axis=-1) for one in typical], axis=0)
-    )
+    return clustered_colors(lab, _CENTERS, shade=_SHADE, share=_SHARE, rounds=10)

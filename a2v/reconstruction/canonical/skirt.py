@@ -14,6 +14,7 @@ from a2v.body.parts import on_parts
 from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.binding import posed_by
 from a2v.reconstruction.canonical.layers import Layer, closed_faces
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Surface
@@ -103,11 +104,7 @@ def make_skirt(
     heights = np.arange(hips[1] + _ABOVE, ankles[1] + 0.04, -_ROW)
     base, weights = _hull(skin, low, heights, hips), _blended(body, skin, low, heights)
     four, bones = _largest(weights, body.bone_names)
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
-        body.rest_transforms.astype(np.float64)
-    )
-    turn = np.einsum("nk,nkab->nab", four, moved[bones][..., :3, :])
-    posed = np.einsum("nab,nb->na", turn[..., :3], base) + turn[..., 3]
+    posed = posed_by(four, bones, body, base)
     rows = (
         _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12)
         if hem is None

@@ -190,15 +190,6 @@ def bound(points: FloatArray, body: Body) -> tuple[FloatArray, IntArray]:
     return four / four.sum(axis=1, keepdims=True), bones
 
 
-def posed_by(binding: tuple[FloatArray, IntArray], body: Body, points: FloatArray) -> FloatArray:
-    """Points (n, 3) at rest in the pose of the photo; `binding` as of `bound`."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
-        body.rest_transforms.astype(np.float64)
-    )
-    turn = np.einsum("nk,nkab->nab", binding[0], moved[binding[1]][..., :3, :])
-    return np.asarray(np.einsum("nab,nb->na", turn[..., :3], points) + turn[..., 3])
-
-
 def evened_strands(grid: FloatArray) -> FloatArray:
     """Average strands (n, 3), row by row, a little over neighbors; roots stay."""
     from scipy.ndimage import gaussian_filter1d

@@ -79,18 +79,14 @@ store = Store()  # the folder of remembered results: $A2V_CACHE, else ~/.cache/a
 parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, **FILM)
 # the graph begins at these results of the sample photo, if there are any
 given = (
-    {}
-    if LIVE
-    else {name: store.put(value) for name, value in load_ready_person().outputs.items()}
+    {} if LIVE else {name: store.put(value) for name, value in load_ready_person().outputs.items()}
 )
 
 
 def compute(*names, wished=parameters):
     """Run what `names` need; bars show what is still to do."""
     bars = Bars()
-    outcome = run(
-        names, store=store, progress=bars, executor="serial", overrides=given, **wished
-    )
+    outcome = run(names, store=store, progress=bars, executor="serial", overrides=given, **wished)
     bars.close()
     for text in outcome.notes:
         print("note:", text)

@@ -14,7 +14,8 @@ FACE_POINTS = 478
 CROP = 512
 """Side of the square in which the face is detected, pixels."""
 LEAST_FACE = 14.0
-"""Smallest distance between the eyes, pixels, of a face that is detected."""
+"""Smallest distance between the outer corners of the eyes, depth included, of a face that is
+detected, pixels."""
 
 GLANCES = (
     (0.0, 0.0, 1.0),
@@ -89,7 +90,8 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     )
     if found is None:
         return None
-    eyes = np.linalg.norm(found[33, :2] - found[263, :2])
+    # in three dimensions: a face in profile is as large as one from the front
+    eyes = np.linalg.norm(found[33] - found[263])
     if (
         eyes < LEAST_FACE
         or np.linalg.norm(found[[33, 263], :2].mean(axis=0) - head[[2, 5], :2].mean(axis=0)) > eyes

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.dense import DenseEvidence, gather_dense
+from a2v.body.head import HEAD, head_from_face
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import MaskField, mask_field
 from a2v.body.view import LEVEL, View, estimated_view
@@ -70,6 +71,9 @@ _SIDE_BONES = np.array(
 """Landmarks (8, 2) at the ends of the limbs' bones."""
 _NAMES = {tuple(ends): name for ends, name in zip(_SIDE_BONES.tolist(), LIMB_BONES, strict=True)}
 """Names of these bones by the landmarks at their ends."""
+_PROFILE = np.radians(30.0)
+"""Angle from the camera, radians, from which on the landmarks of the face place the head. From the
+front they make fits no better (docs/research/fitting.md)."""
 _SIDE_SHARE = 0.5
 """Least depth of a bone whose side the user has given, as a fraction of its estimated depth."""
 _SIDE_LEAST = 0.02
@@ -294,6 +298,9 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     """
     confidence = np.clip(np.nan_to_num(subject.keypoints[:, 2]), 0, 1).astype(np.float64)
     pixels = np.nan_to_num(subject.keypoints[:, :2]).astype(np.float64)
+    points = subject.keypoints_3d.astype(np.float64)
+    if subject.face is not None:
+        confidence, pixels, points = _with_face(subject, confidence, pixels, points)
     body = np.array(
         [
             name.split("_", 1)[-1] in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "ear")
@@ -318,7 +325,7 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     evidence = Evidence.build(
         pixels=pixels,
         confidence=confidence,
-        points=subject.keypoints_3d.astype(np.float64),
+        points=points,
         mask=field,
     )
     view = estimated_view(
@@ -352,6 +359,29 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         unseen=None if evidence.hints is None else evidence.hints.unseen_depths,
     )
     return dataclasses.replace(evidence, dense=dense)
+
+
+def _with_face(
+    subject: Subject, confidence: FloatArray, pixels: FloatArray, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Confidence (33,), pixels (33, 2) and 3D keypoints (33, 3), with the head placed by the
+    landmarks of the face if it is turned away.
+
+    The body map has seen few heads that are turned aside: it places the nose of a head in profile
+    near its middle. The middle of the head stays where it is in depth.
+    """
+    assert subject.face is not None
+    placed, size, turned = head_from_face(subject.face)
+    if turned < _PROFILE:
+        return confidence, pixels, points
+    own = np.arange(HEAD)
+    if subject.given is not None:
+        own = own[~subject.given[:HEAD]]
+    confidence, pixels, points = confidence.copy(), pixels.copy(), points.copy()
+    confidence[own], pixels[own] = 1.0, placed[own, :2]
+    upright = placed * [1, -1, 1] / size
+    points[own] = (upright - upright.mean(axis=0) + points[:HEAD].mean(axis=0))[own]
+    return confidence, pixels, points
 
 
 def _box(subject: Subject, field: MaskField | None) -> FloatArray:

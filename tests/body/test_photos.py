@@ -50,3 +50,7 @@ def test_keypoints_of_real_people_are_met(
     ):  # his right knee is bent by a right angle, the left leg is straight
         assert angles[space.index("right_knee_bend")] > np.radians(50)
         assert abs(angles[space.index("left_knee_bend")]) < np.radians(20)
+        # he looks past his right hand
+        head = result.body.bone_names.index("head")
+        ahead = result.body.bone_transforms[head, :3, :3] @ [0, 0, 1]
+        assert np.degrees(np.arctan2(ahead[0], ahead[2])) < -45

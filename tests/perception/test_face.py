@@ -63,3 +63,21 @@ def test_where_there_is_no_face_none_is_found(photo: np.ndarray) -> None:
     keypoints = np.ones((33, 3), np.float32)
     keypoints[2:6, 0] = [0, 0, 0, LEAST_FACE / 2 - 1]
     assert find_face(photo, keypoints) is None
+
+
+def test_a_face_in_profile_is_found(data_dir: Path) -> None:
+    from a2v.perception.detector import Detector
+
+    path = data_dir / "photos" / "tfjs_pose.jpg"
+    if not path.is_file():
+        pytest.skip(f"{path} is absent")
+    with Image.open(path) as picture:
+        image = np.asarray(picture.convert("RGB"))
+    with Detector() as detector:
+        found = detector.one(image)
+    assert found is not None
+    face = find_face(image, found.keypoints)
+    assert face is not None
+    eyes = face[33] - face[263]
+    assert np.linalg.norm(eyes[:2]) < LEAST_FACE < np.linalg.norm(eyes)
+    assert face[1, 0] < face[263, 0] < face[454, 0]  # nose, left eye, left ear

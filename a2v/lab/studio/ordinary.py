@@ -131,6 +131,12 @@ def _sides(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     return _standing(generator), _yaw(generator), None
 
 
+def _aside(avatar: Avatar, generator: np.random.Generator) -> Drawn:
+    pose, (_, sign) = _standing(generator), _side(generator)
+    look = np.radians([generator.normal(0, 8), sign * generator.uniform(45, 80), 0.0])
+    return pose | {"Neck": 0.4 * look, "Head": 0.6 * look}, _yaw(generator), None
+
+
 def _hips(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     pose, both = _standing(generator), generator.random() < 0.6
     first, _ = _side(generator)
@@ -282,6 +288,7 @@ def _by_stance(name: str) -> Callable[[Avatar, np.random.Generator], Drawn]:
 ORDINARY: Mapping[str, Callable[[Avatar, np.random.Generator], Drawn]] = MappingProxyType(
     {
         "sides": _sides,
+        "aside": _aside,
         "hips": _hips,
         "crossed": _crossed,
         "face": _face,

@@ -2,7 +2,7 @@
 and the stance.
 
 None of these people is in any training data. `development` is used during development; `final` has
-other people, measured at the end.
+other people, measured at the end. `aside` has people whose heads are turned to a side.
 """
 
 from __future__ import annotations
@@ -31,9 +31,18 @@ _FINAL = (
     "makehuman-20 50016 phone, X_NHPI_F_3_Casual 50017 pockets, X_NHPI_M_1_Util 50018 walk, "
     "makehuman-21 50019 feet_crossed"
 )
+_ASIDE = (
+    "White_M_3_Casual 64000 aside, Asian_F_2_Busi 64001 aside, Black_F_3_Busi 64002 aside, "
+    "Hispanic_M_3_Util 64003 aside, X_NHPI_M_1_Util 64004 aside, X_MENA_F_1_Busi 64005 aside, "
+    "X_AIAN_M_1_Util 64006 aside, MENA_F_1_Casual 64007 aside"
+)
 
 MOVED_PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType(
-    {"development": read_pins(_DEVELOPMENT), "final": read_pins(_FINAL)}
+    {
+        "development": read_pins(_DEVELOPMENT),
+        "final": read_pins(_FINAL),
+        "aside": read_pins(_ASIDE),
+    }
 )
 """The lists of photos by name; the `stance` of a pin is one of
 `a2v.lab.studio.ordinary.ORDINARY`."""

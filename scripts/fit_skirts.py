@@ -195,7 +195,7 @@ def dressed(
     build = Build.draw(generator)
     texture = recolor(base.texture, clothes, generator)
     kind, along = generator.random(), -1.0
-    skirt, coat, shorts = 0.55 <= kind, 0.85 <= kind, 0.42 <= kind < 0.55
+    skirt, coat, shorts = kind >= 0.55, kind >= 0.85, 0.42 <= kind < 0.55
     if shorts or skirt:
         along = generator.uniform(*((0.2, 1.9) if shorts else (0.3, 1.7) if coat else (0.3, 1.95)))
     heights = leg_heights(base)
@@ -299,7 +299,7 @@ def chart_of(
 
 def loss_of(told: tuple[Tensor, Tensor], hems: Tensor) -> Tensor:
     skirt, used = (hems > 0).float(), (PLACES > 0.1).float()
-    rows = (PLACES < hems[:, None]).float() * skirt[:, None]
+    rows = (hems[:, None] > PLACES).float() * skirt[:, None]
     cross = nn.functional.binary_cross_entropy_with_logits
     each = cross(told[1], 0.97 * rows + 0.015, reduction="none")
     return cross(told[0], 0.97 * skirt + 0.015) + (each * used).sum(1).mean() / used.sum()

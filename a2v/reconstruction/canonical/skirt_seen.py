@@ -11,12 +11,18 @@ from pathlib import Path
 
 import numpy as np
 
+from a2v.reconstruction.canonical.hanging import BENT, hangs_between_legs, hips_bent
+from a2v.reconstruction.canonical.hem import line_between_legs, rest_height, skirt_hem
 from a2v.reconstruction.canonical.legs_chart import ALONG, leg_joints, legs_chart
 from a2v.sessions import WEIGHTS, open_session, read_metadata
-from a2v.types import Body, Camera, FloatArray, Subject
+from a2v.types import Body, Camera, FloatArray, Subject, Surface
 
 FORMAT = "a2v-skirts/1"
 FILE = WEIGHTS / "person_skirts.onnx"
+_SURE = (0.35, 0.85)
+"""Probabilities below and above which the network decides; between them the rules do."""
+_FIRST = 0.1
+"""Place on the legs, as in `ALONG`, above which cloth is not looked at: it is the trunk's."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,38 @@ class SkirtSeen:
 
     probability: float
     hem: float
+
+
+def find_skirt(
+    surface: Surface, subject: Subject, body: Body, camera: Camera
+) -> tuple[bool, tuple[float, float] | None]:
+    """Decide whether there is a skirt, a dress or a long coat on a reconstructed `surface`.
+
+    Standing people: the network decides if it is sure. Otherwise, and for people who sit or squat,
+    of whom it has seen few, the rules do: `skirt_hem` and `hangs_between_legs`. A line between both
+    legs down to the hem excludes a skirt in any case.
+
+    Returns
+    -------
+    found : bool
+    hem : (float, float) or None
+        Height of the hem at rest, meters, and of its lowest point. None if it is to be found where
+        the surface steps back to the legs.
+    """
+    seen, hem = look_for_skirt(subject, body, camera), skirt_hem(subject, body, camera)
+    stands = hips_bent(body) <= BENT
+    if stands and seen.probability < _SURE[0]:
+        return False, None
+    if (
+        (stands and seen.probability > _SURE[1])
+        or hem is not None
+        or hangs_between_legs(surface, body, subject, camera)
+    ):
+        if hem is None and stands:
+            height = rest_height(body, seen.hem)
+            hem = height, height
+        return hem is None or not line_between_legs(subject, body, camera, hem[0]), hem
+    return False, None
 
 
 def look_for_skirt(
@@ -55,5 +93,16 @@ def skirt_in_chart(chart: FloatArray, *, weights: Path = FILE) -> SkirtSeen:
     whole, rows = open_session(weights).run(
         ["whole", "rows"], {"chart": np.stack([chart, chart[:, :, ::-1]]).astype(np.float32)}
     )
-    hem = ALONG[0] + rows.mean(axis=0).sum() * (ALONG[-1] - ALONG[0]) / rows.shape[1]
-    return SkirtSeen(float(whole.mean()), float(hem))
+    return SkirtSeen(float(whole.mean()), _end(rows.mean(axis=0)))
+
+
+def _end(cloth: FloatArray) -> float:
+    """Place in terms of `ALONG` down to which there is cloth, by its probability (n,) at n places:
+    most cloth above it, and least below."""
+    places = ALONG.reshape(len(cloth), -1).mean(axis=1)
+    more = np.where(places > _FIRST, cloth - 0.5, 0.01)
+    last = int(np.cumsum(more).argmax())
+    if last + 1 == len(cloth):
+        return float(places[last])
+    share = np.clip(more[last] / max(more[last] - more[last + 1], 1e-9), 0.0, 1.0)
+    return float(places[last] + share * (places[last + 1] - places[last]))

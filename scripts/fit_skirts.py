@@ -74,6 +74,7 @@ class SkirtNetwork(nn.Module):
         self.row, self.whole = nn.Conv1d(64, 1, 1), nn.Linear(128, 1)
 
     def forward(self, charts: Tensor) -> tuple[Tensor, Tensor]:
+        """See the class."""
         seen = self.a(charts)
         seen = self.r(torch.cat([seen.mean(3), seen.amax(3)], 1))
         return self.whole(torch.cat([seen.mean(2), seen.amax(2)], 1))[:, 0], self.row(seen)[:, 0]
@@ -87,6 +88,7 @@ class Graph(nn.Module):
         self.network = network
 
     def forward(self, chart: Tensor) -> tuple[Tensor, Tensor]:
+        """See the class."""
         whole, rows = self.network(chart)
         return torch.sigmoid(whole), torch.sigmoid(rows)
 
@@ -306,7 +308,7 @@ def loss_of(told: tuple[Tensor, Tensor], hems: Tensor) -> Tensor:
 
 
 def train(files: list[Path], epochs: int) -> SkirtNetwork:
-    parts = [{name: values for name, values in np.load(path).items()} for path in files]
+    parts = [dict(np.load(path).items()) for path in files]
     views = [(part, at) for part in parts for at in range(len(part["hems"]))]
     torch.manual_seed(0)
     generator, network = np.random.default_rng(0), SkirtNetwork()

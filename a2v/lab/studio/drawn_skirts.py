@@ -235,9 +235,8 @@ def draw_cloth(
 
 def rgb_of(lab: FloatArray) -> ByteArray:
     """Colors (H, W, 3) uint8 sRGB of CIELAB colors (H, W, 3)."""
-    return np.clip(255 * cv2.cvtColor(lab.astype(np.float32), cv2.COLOR_LAB2RGB), 0, 255).astype(
-        np.uint8
-    )
+    colors = cv2.cvtColor(lab.astype(np.float32), cv2.COLOR_LAB2RGB)
+    return np.asarray(np.clip(255 * colors, 0, 255), np.uint8)
 
 
 def with_skirt(avatar: Avatar, texture: ByteArray, skirt: DrawnSkirt, cloth: ByteArray) -> Avatar:

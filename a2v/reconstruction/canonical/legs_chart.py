@@ -15,6 +15,7 @@ _WIDE = 0.55
 """Distance from the middle between the legs to the border of a chart, in lengths of a leg."""
 _AXIS = 0.032
 """Standard deviation of the mark of a leg's axis, in lengths of a leg."""
+_BONES = ("upperleg01", "lowerleg01", "foot")
 
 
 def leg_joints(body: Body, camera: Camera) -> FloatArray:
@@ -30,9 +31,6 @@ def leg_joints(body: Body, camera: Camera) -> FloatArray:
     )
     pixels = camera.project(heads.reshape(-1, 3)).reshape(2, 3, 2)
     return np.concatenate([pixels, camera.scale * heads[..., 2:]], axis=2)
-
-
-_BONES = ("upperleg01", "lowerleg01", "foot")
 
 
 def legs_chart(image: ByteArray, mask: FloatArray | BoolArray, legs: FloatArray) -> FloatArray:
@@ -74,7 +72,8 @@ def legs_chart(image: ByteArray, mask: FloatArray | BoolArray, legs: FloatArray)
     away = ((axes - middle) @ across)[..., None] - reach
     marks = np.exp(-0.5 * (away / (_AXIS * length)) ** 2).max(axis=0)
     places = np.broadcast_to(ALONG[:, None] / 2, marks.shape)
-    return np.concatenate([seen.transpose(2, 0, 1), marks[None], places[None]]).astype(np.float32)
+    channels = np.concatenate([seen.transpose(2, 0, 1), marks[None], places[None]])
+    return np.asarray(channels, np.float32)
 
 
 def _on_leg(joints: FloatArray) -> FloatArray:

@@ -196,10 +196,11 @@ def dressed(
     base, clothes = prepared.avatar, prepared.clothes
     build = Build.draw(generator)
     texture = recolor(base.texture, clothes, generator)
-    kind, along = generator.random(), -1.0
+    kind = generator.random()
     skirt, coat, shorts = kind >= 0.55, kind >= 0.85, 0.42 <= kind < 0.55
-    if shorts or skirt:
-        along = generator.uniform(*((0.2, 1.9) if shorts else (0.3, 1.7) if coat else (0.3, 1.95)))
+    along = generator.uniform(0.3, 1.7 if coat else 1.95)
+    if shorts:
+        along = generator.uniform(0.2, 1.9)
     heights = leg_heights(base)
     hem = float(np.interp(along, [0, 1, 2], heights))
     if shorts or (skirt and not coat and generator.random() < 0.7):

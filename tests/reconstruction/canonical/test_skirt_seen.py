@@ -13,8 +13,8 @@ from a2v.reconstruction.canonical.legs_chart import ALONG, leg_joints, legs_char
 from a2v.reconstruction.canonical.skirt_seen import find_skirt, look_for_skirt, skirt_in_chart
 from a2v.samples.ready import load_ready_person
 from a2v.types import Body
-from tests.support.surfaces import coated
 from tests.support.faces import CAMERA, photographed
+from tests.support.surfaces import coated
 
 
 def test_a_chart_follows_the_legs(body: Body) -> None:

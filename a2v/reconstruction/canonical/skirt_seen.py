@@ -61,16 +61,15 @@ def find_skirt(
     stands = hips_bent(body) <= BENT
     if stands and seen.probability < _SURE[0]:
         return False, None
-    if (
-        (stands and seen.probability > _SURE[1])
-        or hem is not None
-        or hangs_between_legs(surface, body, subject, camera)
-    ):
-        if hem is None and stands:
-            height = rest_height(body, seen.hem)
-            hem = height, height
-        return hem is None or not line_between_legs(subject, body, camera, hem[0]), hem
-    return False, None
+    hangs = hem is None and hangs_between_legs(surface, body, subject, camera)
+    if not (hangs or hem is not None or (stands and seen.probability > _SURE[1])):
+        return False, None
+    end = hem[0] if hem is not None else rest_height(body, seen.hem)
+    if (stands or hem is not None) and line_between_legs(subject, body, camera, end):
+        return False, None
+    if hem is None and not hangs:
+        hem = end, end
+    return True, hem
 
 
 def look_for_skirt(

@@ -277,7 +277,7 @@ def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generato
     for region in (0, 1):
         if generator.random() < 0.3:
             chosen = clothes.region == region
-            lab[chosen] += _pattern(clothes.rows[chosen], clothes.columns[chosen], generator)
+            lab[chosen] += draw_pattern(clothes.rows[chosen], clothes.columns[chosen], generator)
     lab[:, 0] = np.clip(lab[:, 0], 3, 97)
     new = cv2.cvtColor(lab[None].astype(np.float32), cv2.COLOR_LAB2RGB)[0]
     old = texture[clothes.rows, clothes.columns].astype(np.float32)
@@ -287,7 +287,7 @@ def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generato
     return result
 
 
-def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) -> FloatArray:
+def draw_pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) -> FloatArray:
     """Draw stripes, checks, dots or blots: changes of color (n, 3) in CIELAB."""
     import cv2
 

@@ -17,8 +17,6 @@ from a2v.reconstruction.canonical.binding import four_weights, posed_by
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
 from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
-from a2v.reconstruction.canonical.hanging import hangs_between_legs
-from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
 from a2v.reconstruction.canonical.layers import Layer, with_layer
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
@@ -31,6 +29,7 @@ from a2v.reconstruction.canonical.skirt import (
     make_skirt,
     skirt_faces,
 )
+from a2v.reconstruction.canonical.skirt_seen import find_skirt
 from a2v.reconstruction.canonical.strands import Person
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
@@ -83,7 +82,7 @@ def canonical_person(
         The photo, with Anny fitted to the surface that was reconstructed from it.
     hangs : bool, optional
         Whether cloth hangs between the legs, which becomes a separate layer. None: as found by
-        `hangs_between_legs`, `skirt_hem` and `line_between_legs`.
+        `find_skirt`.
     others : sequence of Sight
         Further photos of the same person, in any order; all bodies have the same shape.
 
@@ -145,16 +144,11 @@ def _skirt(
 ) -> tuple[Skirt | None, float]:
     """The skirt on a body at `rest` (V, 3), None without one, and the height, meters, down to which
     legs under it have no clothes; `hangs` as in `canonical_person`."""
-    surface, hem, found = sight.person.surface, None, hangs is None
-    if found:
-        hem = skirt_hem(sight.subject, sight.body, sight.camera)
-        hangs = hem is not None or hangs_between_legs(
-            surface, sight.body, sight.subject, sight.camera
-        )
+    surface, hem = sight.person.surface, None
+    if hangs is None:
+        hangs, hem = find_skirt(surface, sight.subject, sight.body, sight.camera)
     skirt = make_skirt(surface, body, rest, None if hem is None else hem[0]) if hangs else None
-    if skirt is None or (
-        found and line_between_legs(sight.subject, sight.body, sight.camera, skirt.hem)
-    ):
+    if skirt is None:
         return None, 0.0
     return skirt, skirt.hem if hem is None else hem[1] - BELOW
 

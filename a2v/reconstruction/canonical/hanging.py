@@ -26,7 +26,7 @@ _SAMPLES = 1500
 """Largest number of samples of the legs at one height."""
 _OFTEN = 0.15
 """Smallest share of these samples with a similar color."""
-_BENT = 60.0
+BENT = 60.0
 """Bend of the hips, degrees, above which only the shins are used: between the thighs of seated
 people the photo shows the seat of the trousers."""
 _THIGHS = 8
@@ -54,7 +54,7 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     middle = np.stack([pair.mean(axis=0) for pair in along])
     away = cKDTree(body.vertices).query(middle)[0]
     telling, least = 2 * away > _GAP, _LEAST
-    if _hips_bent(body) > _BENT:
+    if hips_bent(body) > BENT:
         telling[:_THIGHS], least = False, 2
     if telling.sum() < least:
         return False
@@ -70,7 +70,7 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     return _alike(middle[telling][within], away[telling][within], body, subject, camera) >= _SHARE
 
 
-def _hips_bent(body: Body) -> float:
+def hips_bent(body: Body) -> float:
     """Return the angle, degrees, of the less bent thigh from its direction at rest, relative to the
     trunk."""
     from scipy.spatial.transform import Rotation

@@ -106,6 +106,13 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     return float(np.mean(hems)), min(hems)
 
 
+def rest_height(body: Body, along: float) -> float:
+    """Return the height at rest, meters, of a place on the legs: 0 at the hip, 1 at the knee, 2 at
+    the ankle."""
+    _, rest = _axes(body)
+    return float(np.mean([np.interp(along, _ALONG, axis[:, 1]) for axis in rest]))
+
+
 def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
     """Points (n, 3) at `_ALONG` on the axes of the left and the right leg, posed and at rest."""
     result = []

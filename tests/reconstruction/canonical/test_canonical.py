@@ -47,7 +47,7 @@ def dressed(body: Body) -> Reconstruction:
 
 @pytest.fixture(scope="module")
 def person(dressed: Reconstruction, body: Body) -> Reconstruction:
-    return canonical_person(Sight(photographed(body), body, CAMERA, dressed))
+    return canonical_person(Sight(photographed(body), body, CAMERA, dressed), hangs=False)
 
 
 def test_the_mesh_is_whole_even_and_symmetric() -> None:

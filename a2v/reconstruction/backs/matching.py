@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.geometry.compiled import compiled
 from a2v.reconstruction.backs.exemplar import Exemplar
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 ROUNDS = 4
@@ -153,7 +154,7 @@ def _matching_order(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -
     number = np.flatnonzero(wanted)
     if not known.any() or not len(number):
         return number
-    reach = cKDTree(vertices[known]).query(vertices[number], workers=1)[0]
+    reach = cKDTree(vertices[known]).query(vertices[number], workers=thread_count())[0]
     return number[np.argsort(reach, kind="stable")]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.geometry.mesh import vertex_normals
-from a2v.system import thread_count
 from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 TURNED = 0.05
@@ -72,7 +71,7 @@ class Spots:
         numbers = np.flatnonzero(among)
         if not len(numbers):
             return np.full(len(among), -1)
-        way, nearest = cKDTree(here[numbers]).query(there, workers=thread_count())
+        way, nearest = cKDTree(here[numbers]).query(there, workers=1)
         return np.where(way < within, numbers[nearest], -1)
 
 
@@ -83,9 +82,7 @@ def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
     """
     from scipy.spatial import cKDTree
 
-    return spots_of(
-        np.asarray(cKDTree(body.vertices).query(vertices, workers=thread_count())[1]), body
-    )
+    return spots_of(np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1]), body)
 
 
 def spots_of(nearest: IntArray, body: Body) -> Spots:

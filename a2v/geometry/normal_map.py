@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import texels
 from a2v.geometry.vectors import unit
+from a2v.system import thread_count
 from a2v.types import ByteArray, FloatArray, IntArray
 
 _PADDING = 6
 """Width of the border of texels around charts that are filled with the nearest normal."""
+_BAND = 64
+"""Number of rows of the map that a thread computes at a time."""
 _LEAST_HEIGHT = 0.2
 """Smallest cosine between a normal and the surface. Normals that lean farther are raised to it:
 they are errors of the correspondence."""
@@ -81,27 +86,32 @@ def bake_normal_map(
     own = face >= 0
     true_face, true_weights = texels(np.asarray(true_uv, np.float64) * size, size)
     both = own & (true_face >= 0)
-    wanted = _mixed(
-        vertex_normals(true.astype(np.float64), true_tri.astype(np.int64))[true_tri],
-        true_face[both],
-        true_weights[both],
-    )
-    normal = _mixed(
-        vertex_normals(points.astype(np.float64), tri.astype(np.int64))[tri],
-        face[both],
-        weights[both],
-    )
+    true_normals = vertex_normals(true.astype(np.float64), true_tri.astype(np.int64))[true_tri]
+    normals = vertex_normals(points.astype(np.float64), tri.astype(np.int64))[tri]
     tangents = corner_tangents(points, tri, uv)
-    tangent = _mixed(tangents[..., :3], face[both], weights[both])
-    tangent = unit(tangent - (tangent * normal).sum(axis=1, keepdims=True) * normal, least=1e-12)
-    bitangent = np.cross(normal, tangent) * tangents[face[both], 0, 3:]
-    local = np.stack(
-        [(wanted * axis).sum(axis=1) for axis in (tangent, bitangent, normal)], axis=-1
-    )
-    local[:, 2] = np.maximum(local[:, 2], _LEAST_HEIGHT)
     flat = np.zeros((size, size, 3))
     flat[..., 2] = 1.0
-    flat[both] = unit(local, least=1e-12)
+
+    def fill(top: int) -> None:
+        """Compute the rows of the map from `top` on; each band writes only its own rows."""
+        band = slice(top, top + _BAND)
+        known = both[band]
+        own_face, own_weights = face[band][known], weights[band][known]
+        wanted = _mixed(true_normals, true_face[band][known], true_weights[band][known])
+        normal = _mixed(normals, own_face, own_weights)
+        tangent = _mixed(tangents[..., :3], own_face, own_weights)
+        tangent = unit(
+            tangent - (tangent * normal).sum(axis=1, keepdims=True) * normal, least=1e-12
+        )
+        bitangent = np.cross(normal, tangent) * tangents[own_face, 0, 3:]
+        local = np.stack(
+            [(wanted * axis).sum(axis=1) for axis in (tangent, bitangent, normal)], axis=-1
+        )
+        local[:, 2] = np.maximum(local[:, 2], _LEAST_HEIGHT)
+        flat[band][known] = unit(local, least=1e-12)
+
+    with ThreadPoolExecutor(thread_count()) as threads:
+        list(threads.map(fill, range(0, size, _BAND)))
     return np.asarray(np.rint(255 * (0.5 + 0.5 * _spread(flat, both))), np.uint8)
 
 

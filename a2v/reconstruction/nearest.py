@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 
@@ -11,7 +12,7 @@ def nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, I
     """Distance (V,), meters, to the nearest `known` (V,) vertex, and its index (V,)."""
     from scipy.spatial import cKDTree
 
-    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
+    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=thread_count())
     return np.asarray(reach), np.flatnonzero(known)[nearest]
 
 
@@ -19,7 +20,9 @@ def nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
     """The `count` nearest other vertices (V, count) of each vertex, also if points coincide."""
     from scipy.spatial import cKDTree
 
-    neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])
+    neighbors = np.asarray(
+        cKDTree(vertices).query(vertices, k=count + 1, workers=thread_count())[1]
+    )
     own = neighbors == np.arange(len(neighbors))[:, None]
     own[~own.any(axis=1), -1] = True
     return np.asarray(neighbors[~own].reshape(len(neighbors), count))

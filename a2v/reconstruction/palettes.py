@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 
 import numpy as np
@@ -29,6 +30,13 @@ def clustered_colors(
 def palette_distance(lab: FloatArray, palette: FloatArray, shade: FloatArray) -> FloatArray:
     """Return the distance (...) of CIELAB colors (..., 3) from the nearest color of a palette
     (n, 3), n > 0, weighted by `shade` (3,)."""
-    return np.asarray(
-        np.min([np.linalg.norm((lab - color) * shade, axis=-1) for color in palette], axis=0)
-    )
+    planes = np.ascontiguousarray(np.moveaxis(lab, -1, 0))  # four times as fast as the last axis
+
+    def square(color: FloatArray) -> FloatArray:
+        first, *others = (
+            ((plane - value) * weight) ** 2
+            for plane, value, weight in zip(planes, color, shade, strict=True)
+        )
+        return np.asarray(sum(others, first))
+
+    return np.asarray(np.sqrt(functools.reduce(np.minimum, map(square, palette))))

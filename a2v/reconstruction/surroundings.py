@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 _DOUBTFUL = 0.09
@@ -42,7 +43,6 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
         Pixels of `shown` per meter.
     """
     import cv2
-    from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 
     size = shown.shape[::-1]
@@ -62,12 +62,25 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
     if not (deep.any() and around.any() and doubtful.any()):
         return result
     own, other, asked = (_features(lab, chosen, scale) for chosen in (deep, around, doubtful))
-    to_own, to_other = (
-        cKDTree(samples[:: max(1, len(samples) // _SAMPLES)]).query(asked, workers=1)[0]
-        for samples in (own, other)
+    like_other = _nearest(other, asked, _ALIKE)
+    close = np.flatnonzero(like_other < _ALIKE)
+    # a sample of the person beyond this bound cannot decide
+    like_own = _nearest(own, asked[close], _ALIKE / _RATIO)
+    result[doubtful] = np.isin(
+        np.arange(len(asked)), close[like_other[close] < _RATIO * like_own], assume_unique=True
     )
-    result[doubtful] = (to_other < _ALIKE) & (to_other < _RATIO * to_own)
     return result
+
+
+def _nearest(samples: FloatArray, asked: FloatArray, most: float) -> FloatArray:
+    """Distance (n,) of features (n, 5) from the nearest of some `samples` (m, 5); infinite from
+    `most` on, which makes the search several times as fast."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(samples[:: max(1, len(samples) // _SAMPLES)])
+    return np.asarray(
+        tree.query(asked, distance_upper_bound=most, workers=thread_count())[0], np.float64
+    )
 
 
 def _distance_from(where: BoolArray) -> FloatArray:

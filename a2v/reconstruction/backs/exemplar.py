@@ -8,6 +8,7 @@ import numpy as np
 
 from a2v.geometry.rays import RayScene
 from a2v.reconstruction.backs.seen import LOWER, SKIN, UPPER
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 BROAD = 0.025
@@ -191,7 +192,9 @@ def non_repeating(
     features = np.concatenate(
         [padded[rows + 16 + dy, columns + 16 + dx] for dx, dy in np.clip(around, -16, 16)], axis=1
     )
-    away, other = cKDTree(features[aside]).query(features, k=min(24, len(aside)), workers=1)
+    away, other = cKDTree(features[aside]).query(
+        features, k=min(24, len(aside)), workers=thread_count()
+    )
     beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * meter
     rare = np.where(beside.any(axis=1), np.where(beside, away, np.inf).min(axis=1), away[:, -1])
     odd = (rare > max(2.5 * float(np.median(rare)), 18.0)) & ~turned[rows, columns]

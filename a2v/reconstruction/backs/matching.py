@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.geometry.compiled import compiled
 from a2v.reconstruction.backs.exemplar import Exemplar
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 ROUNDS = 4
@@ -153,7 +154,7 @@ def _matching_order(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -
     number = np.flatnonzero(wanted)
     if not known.any() or not len(number):
         return number
-    reach = cKDTree(vertices[known]).query(vertices[number], workers=1)[0]
+    reach = cKDTree(vertices[known]).query(vertices[number], workers=thread_count())[0]
     return number[np.argsort(reach, kind="stable")]
 
 
@@ -181,6 +182,7 @@ def _sweep(
     height, width = kinds.shape
     count, extra = neighbors.shape[1], tries.shape[1]
     expected, candidates = np.empty((count, 2)), np.empty((count + extra, 2))
+    columns, rows = np.empty(count, np.int64), np.empty(count, np.int64)
     for step in range(len(order)):
         i = order[step]
         near = 0
@@ -195,6 +197,13 @@ def _sweep(
             candidates[near] = expected[near]
             near += 1
         candidates[near : near + extra] = tries[step]
+        terms = 0  # surroundings of neighbors' places with which candidates are compared
+        for slot in range(near):
+            x, y = int(np.floor(expected[slot, 0])), int(np.floor(expected[slot, 1]))
+            if x < 5 or y < 5 or x >= width - 5 or y >= height - 5 or kinds[y, x] != labels[i]:
+                continue
+            columns[terms], rows[terms] = x, y
+            terms += 1
         best, best_u, best_v = np.inf, place[i, 0], place[i, 1]
         for attempt in range(near + extra):
             u, v = candidates[attempt]
@@ -205,12 +214,11 @@ def _sweep(
                 continue
             lift = 100.0 * (v - home[i, 1]) / meter
             cost = leash[labels[i]] * lift * lift / (1.0 + 0.04 * lift * lift)
-            terms, total = 0, 0.0
-            for slot in range(near):
-                x, y = int(np.floor(expected[slot, 0])), int(np.floor(expected[slot, 1]))
-                if x < 5 or y < 5 or x >= width - 5 or y >= height - 5 or kinds[y, x] != labels[i]:
-                    continue
-                terms += 1
+            total = 0.0
+            for slot in range(terms):
+                if cost + total / (25.0 * terms) >= best:
+                    break  # the sum only grows: this candidate has lost
+                x, y = columns[slot], rows[slot]
                 if x == column and y == row:
                     continue
                 for dy in range(-4, 5, 2):

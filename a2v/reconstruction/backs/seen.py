@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
@@ -113,12 +114,12 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
     """
     from scipy.spatial import cKDTree
 
-    front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
+    front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=thread_count())[1]]
     for names in LIMB_PARTS:
         own = on_parts(parts, *names)
         shown = np.flatnonzero(own & known)
         if len(shown) >= _TELLING:
-            front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
+            front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=thread_count())[1]]
     return np.asarray(front)
 
 

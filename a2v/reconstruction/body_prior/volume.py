@@ -14,6 +14,7 @@ from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.cloth import LegColumns, span_legs
 from a2v.reconstruction.body_prior.columns import columns_seen
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _STEP = 0.02
@@ -102,8 +103,10 @@ def part_arms(
             + low
         )
         points = grid.origin + cells * grid.cell
-        far, nearest = (np.asarray(found) for found in tree.query(points, workers=1))
-        near, index = (np.asarray(found) for found in cKDTree(bare[arm]).query(points, workers=1))
+        far, nearest = (np.asarray(found) for found in tree.query(points, workers=thread_count()))
+        near, index = (
+            np.asarray(found) for found in cKDTree(bare[arm]).query(points, workers=thread_count())
+        )
         kept = (near < 0.12) & (far < 0.12) & (np.abs(near - far) < 6 * grid.cell)
         cells, points, body, limb = (
             cells[kept],

@@ -126,12 +126,13 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
     )
     system = identity(len(rest)) + diags(_STUB * share**2) @ laplacian(edges)
     points, rings = np.asarray(spsolve(system.tocsc(), rest)), Rings(faces, len(rest))
+    placed = np.array(rest)
     for _ in range(_SPREAD):
-        way = unit(points - middle, least=1e-9)
+        way = unit(points[ahead] - middle, least=1e-9)
         along = way @ hull.equations[:, :3].T
-        reach = np.where(along > 1e-6, lengths / np.maximum(along, 1e-6), np.inf).min(axis=1)
-        on_hull = middle + (reach[:, None] + _LEATHER) * way
-        placed = np.where(ahead[:, None], on_hull, rest)
+        to_planes = np.full_like(along, np.inf)
+        reach = np.divide(lengths, along, out=to_planes, where=along > 1e-6).min(axis=1)
+        placed[ahead] = middle + (reach[:, None] + _LEATHER) * way
         points = np.where(ahead[:, None], rings.evened(placed), rest)
     return np.asarray(rest + share[:, None] * (placed - rest))
 

@@ -21,6 +21,7 @@ from a2v.reconstruction.body_prior.columns import sample_columns
 from a2v.reconstruction.body_prior.surface import DressedBody
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitPerson
+from a2v.system import thread_count
 from a2v.types import FloatArray, IntArray, OrthographicCamera
 
 THICKER = 0.06
@@ -111,7 +112,7 @@ class ShellLimits:
         )
         near = np.flatnonzero(np.abs(held) < BAND)
         if len(near):
-            place = self.places.query(points[near], workers=1)[1]
+            place = self.places.query(points[near], workers=thread_count())[1]
             rim = RIM * sample_image(self.inside, self.camera.project(points[near]), linear=True)
             lowest, highest = (
                 held[near] - np.minimum(self.outwards[place], rim),

@@ -376,6 +376,23 @@ def test_background_between_two_legs_is_not_the_persons() -> None:
     ).any()
 
 
+def test_distant_colors_of_the_background_prove_nothing() -> None:
+    """The gap between two legs is gray: like neither the red legs nor the black wall. A dark gap is
+    the wall's, although the legs are far from it in color."""
+    subject = blank_subject(400)
+    shown, mask = np.full((400, 400), -1), np.zeros((400, 400), np.float32)
+    mask[100:400, 120:280] = 1
+    for gap, share in ((120, 0.0), (12, 1.0)):
+        image = np.zeros((400, 400, 3), np.uint8)
+        image[100:400, 180:220] = gap
+        for leg in (slice(120, 180), slice(220, 280)):
+            image[100:400, leg], shown[100:400, leg] = (200, 40, 40), PARTS.index("left_thigh")
+        taken = like_surroundings(
+            dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0
+        )
+        assert taken[150:380, 185:215].mean() == pytest.approx(share, abs=0.05)
+
+
 def test_a_neckline_is_the_trunks_and_a_hands_color_on_it_is_not() -> None:
     """A trunk of blue cloth with a neckline of skin, and a hand in front of it.
 

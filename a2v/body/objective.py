@@ -11,7 +11,6 @@ from a2v.body.anny import AnnyModel
 from a2v.body.collision import limb_balls
 from a2v.body.evidence import Evidence
 from a2v.body.lbfgs import minimize
-from a2v.body.parts import on_parts
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.settings import FitSettings
@@ -44,11 +43,6 @@ _GENDER_OF_A_PHOTO = 0.35
 and a wrong chest is visible on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
-_HANDS = [
-    [LANDMARK_INDEX[f"{side}_{place}"] for place in ("wrist", "pinky", "index")]
-    for side in ("left", "right")
-]
-"""Landmarks whose mean is the middle of a hand."""
 _SOLES = [
     LANDMARK_INDEX[f"{side}_{place}"]
     for side in ("left", "right")
@@ -109,9 +103,6 @@ class Objective:
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
         self._inner = torch.from_numpy(
             spread_vertices(rest.numpy(), model.faces, 700, seed=settings.seed)
-        )
-        self._touchable = torch.from_numpy(
-            on_parts(model.parts[self._inner.numpy()], "torso", "left_thigh", "right_thigh")
         )
         self._extent = torch.stack([rest[:, 1].argmax(), rest[:, 1].argmin()])
         self._rim: RimMatches | None = None
@@ -189,12 +180,6 @@ class Objective:
             terms |= self._dense(unknowns, vertices["dense"], scale)
         if "inner" in vertices:
             terms["silhouette"] = s.silhouette_weight * self._silhouette(unknowns, vertices)
-            if self.surface is None:
-                terms["contact"] = s.contact_weight * term.touching_hands(
-                    landmarks[_HANDS].mean(1),
-                    vertices["inner"][self._touchable],
-                    weights=self._weights[_HANDS].mean(1),
-                )
         if self.surface is not None:
             targets, weights = _tensor(self.surface.targets), _tensor(self.surface.target_weights)
             terms["joints_3d"] = s.joints_weight * term.joints_inside(

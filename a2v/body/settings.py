@@ -67,8 +67,6 @@ class FitSettings:
         Weight of flat feet and straight legs for people who stand.
     collision_weight : float
         Weight of limbs that intersect the torso or each other.
-    contact_weight : float
-        Weight of hands that touch trunk or thighs, in the fit to the photo alone.
     surface_weight : float
         Weight of the surface term (Eq. 17), both ways.
     surface_robust : float
@@ -111,7 +109,6 @@ class FitSettings:
     shape_weight: float = 1.0
     feet_weight: float = 1.0
     collision_weight: float = 1.0
-    contact_weight: float = 6.0
     surface_weight: float = 1.0
     surface_robust: float = 0.05
     joints_weight: float = 2.0

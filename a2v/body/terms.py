@@ -125,17 +125,6 @@ def collision(balls: LimbBalls, state: BodyState) -> Tensor:
     return (balls.penetration(state) / 0.01).square().sum()
 
 
-def touching_hands(hands: Tensor, skin: Tensor, *, weights: Tensor) -> Tensor:
-    """Draw hands (2, 3) to the nearest of the points `skin` (n, 3) on trunk and thighs, meters.
-
-    The middle of a hand that touches is up to 5 cm away, and the tolerance is 4 cm. The force
-    vanishes far away: a hand that is over 20 cm away is hardly drawn.
-    """
-    square = (hands[:, None] - skin).square().sum(-1).min(-1).values
-    gap = (square + 1e-9).sqrt() - 0.05
-    return robust_sum(gap.clamp_min(0.0).square(), weights=weights, scale=0.1) / 0.04**2
-
-
 def held_camera(height: Tensor) -> Tensor:
     """Penalize an unusual `height` () of the camera above the ground, meters."""
     return ((height - HELD) / 0.2).square()

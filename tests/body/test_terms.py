@@ -14,7 +14,7 @@ from a2v.body.collision import LimbBalls
 from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import mask_field, rasterize, rim_vertices
-from a2v.body.terms import geman_mcclure, touching_hands
+from a2v.body.terms import geman_mcclure
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.io import write_npz
@@ -234,24 +234,3 @@ def test_the_limbs_are_as_long_as_the_default_bodys() -> None:
             points[LANDMARK_INDEX[f"left_{first}"]] - points[LANDMARK_INDEX[f"left_{last}"]]
         )
         assert length / np.ptp(body.vertices[:, 1]) == pytest.approx(ratio, abs=0.012)
-
-
-def test_hands_near_the_trunk_are_drawn_to_it_and_far_ones_are_not() -> None:
-    skin = torch.zeros(5, 3, dtype=torch.float64)
-    skin[:, 0] = torch.linspace(-0.2, 0.2, 5, dtype=torch.float64)
-
-    def pull(distance: float, *, weight: float = 1.0) -> tuple[float, float]:
-        """Return the cost and the pull toward the skin of one hand in front of it."""
-        hands = torch.tensor([[0.0, 0.0, distance], [0.0, 0.0, 9.0]], dtype=torch.float64)
-        hands.requires_grad_()
-        weights = torch.tensor([weight, 0.0], dtype=torch.float64)
-        cost = touching_hands(hands, skin, weights=weights)
-        cost.backward()
-        assert hands.grad is not None
-        return float(cost.detach()), float(hands.grad[0, 2])
-
-    assert pull(0.04) == (0.0, 0.0)  # touches
-    near, middle, far = pull(0.12), pull(0.2), pull(0.6)
-    assert near[0] < middle[0] < far[0] < 0.1**2 / 0.04**2  # the cost is bounded
-    assert near[1] > 30 * far[1] > 0
-    assert pull(0.12, weight=0.5)[0] == pytest.approx(near[0] / 2)

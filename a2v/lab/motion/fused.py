@@ -64,9 +64,7 @@ def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
     size = 3 * decoder.skeleton.n_joints
     if decoder.settings.feeds_turns:
         order = turns_order(decoder)
-        return Affine(
-            torch.cat([entry.weight[:, order], entry.weight[:, size:]], 1), entry.bias
-        )
+        return Affine(torch.cat([entry.weight[:, order], entry.weight[:, size:]], 1), entry.bias)
     if not decoder.settings.relative:
         return entry
     return Affine(

@@ -8,7 +8,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from a2v.lab.motion.baselines.base import (
-    FIRST_STAGE,
     Baseline,
     Batch,
     Improve,
@@ -24,6 +23,9 @@ INITIAL = 10
 """Size of the code of the first pose."""
 MOVE = 512
 """Size of the code of a movement."""
+SNIPPETS_STAGE = 0.2
+"""Share of the iterations for the first stage, which take seven times as long as those of the
+second."""
 KL_WEIGHT = 0.01
 """Weight of the Kullback-Leibler divergence."""
 SHIFT_WEIGHT = 1.0
@@ -58,8 +60,8 @@ class Dancing2Music(Baseline):
     512 numbers, a decoder the movements. A network draws this code from the action and noise. One
     discriminator judges the codes, another one the movements. Assumed: divergences are means over
     dimensions, the network that draws codes has one hidden layer of 1024 and 512 numbers of noise,
-    both discriminators see the action, the other snippet is the next one in the batch,
-    `FIRST_STAGE` of the training for the first stage.
+    both discriminators see the action, the other snippet is one of the next clip in the batch,
+    `SNIPPETS_STAGE` of the training for the first stage.
     """
 
     SOURCE = "Lee et al., NeurIPS 2019"
@@ -132,7 +134,7 @@ class Dancing2Music(Baseline):
         parts = moved_to_origin(
             batch.poses.unfold(1, SNIPPET, SNIPPET - 1).transpose(-1, -2).flatten(0, 1)
         )
-        if progress < FIRST_STAGE:
+        if progress < SNIPPETS_STAGE:
             initial, _, first = self.unit["z_initial"](self.unit["initial"](parts[:, 0]), draws)
             move, mean, second = self.moved(parts, draws)
             error = (self.decoded(initial, move) - parts).abs().mean()

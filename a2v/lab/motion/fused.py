@@ -61,12 +61,9 @@ def from_root(weight: Tensor) -> Tensor:
 def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
     """Convert `entry`, whose first columns take the `VAESettings.feedback` of the previous pose, to
     take the absolute pose."""
-    size = 3 * decoder.skeleton.n_joints
-    if decoder.settings.feeds_turns:
-        order = turns_order(decoder)
-        return Affine(torch.cat([entry.weight[:, order], entry.weight[:, size:]], 1), entry.bias)
     if not decoder.settings.relative:
         return entry
+    size = 3 * decoder.skeleton.n_joints
     return Affine(
         torch.cat([from_root(entry.weight[:, :size]), entry.weight[:, size:]], 1), entry.bias
     )
@@ -89,27 +86,21 @@ def generator_entry(generator: Generator, decoder: PoseDecoder) -> Affine:
     return _of_pose(gru_inputs(generator.gru, 0).after(generator.encoder), decoder)
 
 
-def turns_order(decoder: PoseDecoder) -> Tensor:
-    """Places of the decoded components of rotation vectors, in the order of the plan: the bones,
-    then W_0."""
-    joints = decoder.plan.joints
-    places = torch.cat(
-        [
-            joints - 1,
-            torch.arange(decoder.skeleton.n_joints - 1, decoder.turns // 3, device=joints.device),
-        ]
-    )
-    return (3 * places[:, None] + torch.arange(3, device=joints.device)).flatten()
-
-
 def generator_exit(generator: Generator, decoder: PoseDecoder) -> Affine:
     """Decoder and Lie layer: (D, H) and (D,); the rotation vectors' components come first, the
-    bones in the order of the plan, then W_0. If a tanh is between the two, the decoder alone."""
+    bones in the order of the plan, then W_0."""
     weight, bias = generator.decoder.weight, generator.decoder.bias
     lie = decoder.lie_output
-    if lie is None or decoder.settings.lie_input == "tanh":
+    if lie is None:
         return Affine(weight, bias)
-    bones, order = decoder.turns, turns_order(decoder)
+    bones = decoder.turns
+    places = torch.cat(
+        [
+            decoder.plan.joints - 1,
+            torch.arange(decoder.skeleton.n_joints - 1, bones // 3, device=weight.device),
+        ]
+    )
+    order = (3 * places[:, None] + torch.arange(3, device=weight.device)).flatten()
     rotvec = lie.weight[order]
     return Affine(
         torch.cat([rotvec @ weight[:bones], weight[bones:]]),

@@ -19,8 +19,6 @@ Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
 Roots = Literal["absolute", "relative"]
 Prior = Literal["learned", "fixed"]
-LieInput = Literal["linear", "tanh"]
-Feedback = Literal["joints", "lie"]
 
 
 @dataclass(frozen=True)
@@ -46,11 +44,6 @@ class VAESettings:
     prior : "learned" or "fixed"
         A prior network that sees the previous pose (Eq. 8 and 10), or the standard normal
         distribution N(0, I) in every frame (Eq. 7).
-    lie_input : "linear" or "tanh"
-        Whether a tanh bounds the input of the layer of rotation vectors.
-    feedback : "joints" or "lie"
-        Whether prior and generator see the previous joints, or the previous rotation vectors. The
-        latter needs relative roots and `root_rotation`, since it knows neither root nor joints.
     """
 
     decoder: Decoder = "glmi-m"
@@ -60,8 +53,6 @@ class VAESettings:
     roots: Roots = field(default="absolute", metadata=NEWER)
     root_rotation: bool = field(default=False, metadata=NEWER)
     prior: Prior = field(default="learned", metadata=NEWER)
-    lie_input: LieInput = field(default="linear", metadata=NEWER)
-    feedback: Feedback = field(default="joints", metadata=NEWER)
 
     def __post_init__(self) -> None:
         if self.decoder not in DECODERS:
@@ -74,8 +65,6 @@ class VAESettings:
             raise InputError(
                 f"unknown prior '{self.prior}'; choose from {', '.join(get_args(Prior))}"
             )
-        if self.feedback == "lie" and not (self.relative and self.root_rotation):
-            raise InputError("feedback 'lie' needs roots 'relative' and root_rotation")
         if self.root_rotation and self.decoder == "plain":
             raise InputError(
                 "the decoder 'plain' has no rotations; leave root_rotation out, or "
@@ -87,18 +76,10 @@ class VAESettings:
         """Whether `roots` is "relative"."""
         return self.roots == "relative"
 
-    @property
-    def feeds_turns(self) -> bool:
-        """Whether `feedback` is "lie"."""
-        return self.feedback == "lie"
-
-    def seen(self, poses: Tensor, turns: Tensor | None) -> Tensor:
-        """Return previous poses (..., J, 3) as input (..., 3 J) of prior and generator: relative to
-        the root if `relative`, or the previous rotation vectors `turns` (..., 3 J) themselves."""
-        if self.feeds_turns:
-            assert turns is not None
-            return turns
-        return (poses - poses[..., :1, :] if self.relative else poses).flatten(-2)
+    def feedback(self, poses: Tensor) -> Tensor:
+        """Return previous poses (..., J, 3) as input of prior and generator: relative to the root
+        if `relative`."""
+        return poses - poses[..., :1, :] if self.relative else poses
 
 
 class GaussianGRU(nn.Module):
@@ -171,15 +152,12 @@ class Pose(NamedTuple):
         Root velocity per frame that GLMI inferred (Eq. 11).
     state : (1, B, H) or None
         State of GLMI-R's GRU.
-    turns : (B, T, R) or None
-        All decoded components of rotation vectors, W_0's last.
     """
 
     joints: Tensor
     rotations: Tensor | None
     velocity: Tensor | None
     state: Tensor | None
-    turns: Tensor | None = None
 
 
 class PoseDecoder(nn.Module):
@@ -283,10 +261,7 @@ class PoseDecoder(nn.Module):
         bones = self.turns
         # tanh keeps each component within half a turn, so that the norm is below sqrt(3) pi; the
         # paper limits the norm itself to pi
-        told = outputs[..., :bones]
-        if self.settings.lie_input == "tanh":
-            told = torch.tanh(told)
-        rotvec = torch.pi * torch.tanh(self.lie_output(told))
+        rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
         turned = torch.cat(
             [torch.zeros_like(rotvec[..., :3]), rotvec[..., : 3 * n - 3]], -1
         ).reshape(batch, frames, n, 3)
@@ -300,8 +275,7 @@ class PoseDecoder(nn.Module):
         # a motion's rotations are those of chains that start from the identity
         rotations = None if self.settings.root_rotation else turned
         if not self.follows_trajectory:
-            joints = local + outputs[:, :, None, bones:] + origin
-            return Pose(joints, rotations, None, None, rotvec)
+            return Pose(local + outputs[:, :, None, bones:] + origin, rotations, None, None)
         inputs = torch.cat(
             [local.flatten(2), (previous - previous_root).flatten(2), outputs[..., bones:]], -1
         )
@@ -309,5 +283,4 @@ class PoseDecoder(nn.Module):
             inputs, state = self.velocity_gru(self.velocity_in(inputs), state)
         assert self.velocity_net is not None
         velocity = self.velocity_net(inputs)
-        joints = local + previous_root + velocity[:, :, None]
-        return Pose(joints, rotations, velocity, state, rotvec)
+        return Pose(local + previous_root + velocity[:, :, None], rotations, velocity, state)

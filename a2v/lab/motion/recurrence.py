@@ -30,7 +30,6 @@ from a2v.lab.motion.fused import (
     generator_exit,
     gru_inputs,
     gru_state,
-    turns_order,
     velocity_layers,
 )
 from a2v.lab.motion.networks import Generator, PoseDecoder
@@ -148,11 +147,6 @@ class RollOut:
         if decoder.lie_output is not None:
             self.turns, self.bones = decoder.turns, size - 3
             self.lengths = lengths.T[self.plan.joints]
-            self.order = turns_order(decoder)
-            self.bounds_input = decoder.settings.lie_input == "tanh"
-            if self.bounds_input:
-                lie = decoder.lie_output
-                self.lie, self.lie_bias = lie.weight[self.order], lie.bias[self.order]
         if decoder.follows_trajectory:
             self.hidden, self.last, self.leak = velocity_layers(decoder)
         if decoder.velocity_gru is not None:
@@ -163,23 +157,13 @@ class RollOut:
                 decoder.velocity_gru, 0
             ).after(decoder.velocity_in)
         self.kept: list[dict[str, Tensor]] = []
-        self.feeds_turns = decoder.settings.feeds_turns
-        self.turns_made = [latent.new_zeros(batch, size)]
         poses = latent.new_zeros(self.frames + 1, batch, size)
         low, high = self.layers
         for t in range(self.frames):
-            seen = self.turns_made[t] if self.feeds_turns else poses[t]
-            hidden = low.step(t, torch.addmm(known[t], seen, self.entry.T))
+            hidden = low.step(t, torch.addmm(known[t], poses[t], self.entry.T))
             hidden = high.step(t, torch.addmm(between_bias, hidden, self.between.T))
             poses[t + 1] = self._decode(t, torch.addmm(offset, hidden, self.exit.T), poses[t])
         self.joints = _points(poses[1:].transpose(0, 1))
-
-    def turned(self) -> Tensor:
-        """The rotation vectors (B, T, 3 J) that were fed back, W_0's last, without a graph."""
-        made = torch.stack(self.turns_made[1:], 1)
-        turns = torch.empty_like(made)
-        turns[..., self.order] = made
-        return turns
 
     def _decode(self, t: int, outputs: Tensor, previous: Tensor) -> Tensor:
         """Decode the outputs (B, D) to poses (B, 3J), as `PoseDecoder` does."""
@@ -188,21 +172,13 @@ class RollOut:
         origin = joints[:, 0] if decoder.settings.relative else torch.zeros_like(joints[:, 0])
         if decoder.lie_output is None:
             return (_points(outputs) + origin[:, None]).flatten(1)
-        told = outputs[:, : self.turns]
-        if self.bounds_input:
-            told = torch.tanh(told)
-            bounded = torch.addmm(self.lie_bias, told, self.lie.T).tanh_()
-        else:
-            bounded = torch.tanh(told)
-        self.turns_made.append(torch.pi * bounded)
+        bounded = torch.tanh(outputs[:, : self.turns])
         rotations = Exponentials.of((torch.pi * bounded).T.reshape(-1, 3, len(outputs)))
         count = self.bones // 3
         frames = chain_frames(Exponentials(*(part[:count] for part in rotations)), self.plan)
         bones = bone_ends(frames, self.lengths, self.plan)
         slope = torch.pi * (1 - bounded * bounded)
         kept = {"slope": slope, "frames": frames, "bones": bones} | rotations._asdict()
-        if self.bounds_input:
-            kept["told"] = told
         self.kept.append(kept)
         placed = joint_positions(bones, self.plan)
         if decoder.settings.root_rotation:
@@ -226,11 +202,8 @@ class RollOut:
         return (_points(local) + (joints[:, 0] + velocity)[:, None]).flatten(1)
 
     @torch.no_grad()
-    def pull_back(
-        self, joints: Tensor, velocity: Tensor | None, turns: Tensor | None
-    ) -> tuple[Tensor, Tensor | None]:
-        """Return the gradients with respect to the poses, and to the rotation vectors if they are
-        fed back, including their effect on all later ones.
+    def pull_back(self, joints: Tensor, velocity: Tensor | None) -> Tensor:
+        """Return the gradients with respect to the poses, including their effect on all later ones.
 
         Call it once.
 
@@ -240,35 +213,25 @@ class RollOut:
             Direct gradient of the loss with respect to the poses.
         velocity : (B, T, 3) or None
             Gradient with respect to GLMI's velocities.
-        turns : (B, T, 3 J) or None
-            Direct gradient with respect to the rotation vectors that are fed back.
 
         Returns
         -------
-        (B, T, J, 3) and (B, T, 3 J) or None
+        (B, T, J, 3)
         """
         low, high = self.layers
         total = joints.transpose(0, 1).flatten(2).contiguous()
-        fed_back = None if turns is None else turns[..., self.order].transpose(0, 1).contiguous()
         self._prepare_backward()
         for t in range(self.frames - 1, -1, -1):
             outputs, fed = self._decode_back(
-                t,
-                total[t],
-                None if velocity is None else velocity[:, t],
-                None if fed_back is None else fed_back[t],
+                t, total[t], None if velocity is None else velocity[:, t]
             )
             hidden = high.back(t, outputs @ self.exit)
             inputs = low.back(t, hidden @ self.between)
             if t:
-                (total if fed_back is None else fed_back)[t - 1] += inputs @ self.entry
+                total[t - 1] += inputs @ self.entry
                 if fed is not None:
                     total[t - 1] += fed
-        if fed_back is None:
-            return _points(total.transpose(0, 1)), None
-        by_turns = torch.empty_like(fed_back)
-        by_turns[..., self.order] = fed_back
-        return _points(total.transpose(0, 1)), by_turns.transpose(0, 1)
+        return _points(total.transpose(0, 1))
 
     def _prepare_backward(self) -> None:
         """Prepare the parts of the backward pass that are known for all frames in advance."""
@@ -288,11 +251,10 @@ class RollOut:
         self.leaks = [(part > 0).to(frames) * (1 - self.leak) + self.leak for part in hidden]
 
     def _decode_back(
-        self, t: int, pose: Tensor, velocity: Tensor | None, turns: Tensor | None
+        self, t: int, pose: Tensor, velocity: Tensor | None
     ) -> tuple[Tensor, Tensor | None]:
         """Return the gradients with respect to the outputs (B, D) and the previous pose (B, 3J),
-        from the gradients with respect to the pose (B, 3J), the root's velocity, and the rotation
-        vectors."""
+        from the `gradient` with respect to the pose (B, 3J)."""
         decoder = self.decoder
         root, fed = _points(pose).sum(1), None
         if decoder.settings.relative and not decoder.follows_trajectory:
@@ -331,13 +293,7 @@ class RollOut:
         )
         if decoder.settings.root_rotation:
             by_rotvec = torch.cat([by_rotvec, by_body[None]])
-        by_outputs = by_rotvec.flatten(0, 1).T
-        if turns is not None:
-            by_outputs = by_outputs + turns * self.kept[t]["slope"]
-        if self.bounds_input:
-            told = self.kept[t]["told"]
-            by_outputs = (by_outputs @ self.lie) * (1 - told * told)
-        return torch.cat([by_outputs, rest], 1), fed
+        return torch.cat([by_rotvec.flatten(0, 1).T, rest], 1), fed
 
 
 def _points(poses: Tensor) -> Tensor:
@@ -348,37 +304,26 @@ def _points(poses: Tensor) -> Tensor:
 class _Feedback(torch.autograd.Function):
     @staticmethod
     def forward(
-        ctx: Any,
-        joints: Tensor,
-        velocity: Tensor | None,
-        turns: Tensor | None,
-        rolled: RollOut,
-    ) -> tuple[Tensor, Tensor | None, Tensor | None]:
+        ctx: Any, joints: Tensor, velocity: Tensor | None, rolled: RollOut
+    ) -> tuple[Tensor, Tensor | None]:
         ctx.rolled = rolled
-        return (
-            joints.clone(),
-            None if velocity is None else velocity.clone(),
-            None if turns is None else turns.clone(),
-        )
+        return joints.clone(), None if velocity is None else velocity.clone()
 
     @staticmethod
     def backward(
-        ctx: Any, joints: Tensor, velocity: Tensor | None, turns: Tensor | None
-    ) -> tuple[Tensor, Tensor | None, Tensor | None, None]:
-        by_joints, by_turns = ctx.rolled.pull_back(joints, velocity, turns)
-        return by_joints, velocity, by_turns, None
+        ctx: Any, joints: Tensor, velocity: Tensor | None
+    ) -> tuple[Tensor, Tensor | None, None]:
+        return ctx.rolled.pull_back(joints, velocity), velocity, None
 
 
 def with_feedback(
-    joints: Tensor, velocity: Tensor | None, turns: Tensor | None, rolled: RollOut
-) -> tuple[Tensor, Tensor | None, Tensor | None]:
-    """Add the feedback's gradient to joints (B, T, J, 3), velocities (B, T, 3) and rotation vectors
-    that are fed back (B, T, 3 J) of the parallel pass over rolled-out poses.
+    joints: Tensor, velocity: Tensor | None, rolled: RollOut
+) -> tuple[Tensor, Tensor | None]:
+    """Add the feedback's gradient to joints (B, T, J, 3) and velocities (B, T, 3) of the parallel
+    pass over rolled-out poses.
 
     The gradient of any function of the results, including the prior's part, passes through the
     feedback before it reaches the arguments.
     """
-    result: tuple[Tensor, Tensor | None, Tensor | None] = _Feedback.apply(  # type: ignore[no-untyped-call]
-        joints, velocity, turns, rolled
-    )
+    result: tuple[Tensor, Tensor | None] = _Feedback.apply(joints, velocity, rolled)  # type: ignore[no-untyped-call]
     return result

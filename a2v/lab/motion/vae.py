@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.kinematics import Skeleton
 from a2v.lab.motion.networks import (
     GaussianGRU,
     Generator,
@@ -31,7 +31,6 @@ class States(NamedTuple):
     prior: Tensor
     generator: Tensor
     trajectory: Tensor
-    turns: Tensor
 
 
 class Reconstruction(NamedTuple):
@@ -80,7 +79,6 @@ class MotionVAE(nn.Module):
             like.new_zeros(1, batch, size),
             like.new_zeros(2, batch, size),
             like.new_zeros(1, batch, size),
-            like.new_zeros(batch, 3 * self.skeleton.n_joints),
         )
 
     def step(
@@ -108,33 +106,24 @@ class MotionVAE(nn.Module):
             Standard normal draws.
         states : States
         """
-        seen = self.settings.seen(previous, states.turns)
-        context = torch.cat([seen, actions, counter], -1)[:, None]
+        context = torch.cat([self.settings.feedback(previous).flatten(1), actions, counter], -1)[
+            :, None
+        ]
         mean, logvar, prior_state = self.prior(context, states.prior)
         latent = mean + torch.exp(0.5 * logvar) * noise[:, None]
         outputs, generator_state = self.generator(
             torch.cat([context, latent], -1), states.generator
         )
         pose = self.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
-        turns = states.turns
-        if self.settings.feeds_turns:
-            assert pose.turns is not None
-            turns = pose.turns[:, 0]
-        trajectory = states.trajectory if pose.state is None else pose.state
-        return pose, States(prior_state, generator_state, trajectory, turns)
+        return pose, States(
+            prior_state, generator_state, states.trajectory if pose.state is None else pose.state
+        )
 
-    def decode(
-        self,
-        previous: Tensor,
-        condition: Tensor,
-        latent: Tensor,
-        lengths: Tensor,
-        turns: Tensor | None = None,
-    ) -> Pose:
-        """Decode sequences whose previous poses (B, T, J, 3) are known, and if they are fed back
-        the previous rotation vectors (B, T, 3 J): one parallel pass, no loop over frames."""
+    def decode(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
+        """Decode sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no loop
+        over frames."""
         outputs, _ = self.generator(
-            torch.cat([self.settings.seen(previous, turns), condition, latent], -1)
+            torch.cat([self.settings.feedback(previous).flatten(2), condition, latent], -1)
         )
         pose: Pose = self.pose_decoder(outputs, previous, lengths)
         return pose
@@ -171,9 +160,8 @@ class MotionVAE(nn.Module):
         latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
         own = torch.empty(0) if teacher is None else torch.nonzero(~teacher).squeeze(1)
         given = shifted(joints)
-        turns = shifted(self.turns_of(joints)) if self.settings.feeds_turns else None
         if not len(own):
-            pose = self.decode(given, condition, latent, lengths, turns)
+            pose = self.decode(given, condition, latent, lengths)
         else:
             rolled = RollOut(
                 self.generator,
@@ -182,19 +170,12 @@ class MotionVAE(nn.Module):
                 latent=latent[own].detach(),
                 lengths=lengths[own],
             )
-            if turns is not None:
-                turns = turns.index_copy(0, own, shifted(rolled.turned()))
             pose = self.decode(
-                given.index_copy(0, own, shifted(rolled.joints)), condition, latent, lengths, turns
+                given.index_copy(0, own, shifted(rolled.joints)), condition, latent, lengths
             )
-            fed, velocity, turned = with_feedback(
-                pose.joints[own],
-                None if pose.velocity is None else pose.velocity[own],
-                None if turns is None or pose.turns is None else pose.turns[own],
-                rolled,
+            fed, velocity = with_feedback(
+                pose.joints[own], None if pose.velocity is None else pose.velocity[own], rolled
             )
-            if turns is not None and turned is not None:
-                turns = turns.index_copy(0, own, shifted(turned))
             pose = pose._replace(
                 joints=pose.joints.index_copy(0, own, fed),
                 velocity=None
@@ -203,17 +184,11 @@ class MotionVAE(nn.Module):
             )
             given = given.index_copy(0, own, shifted(fed))
         prior_mean, prior_logvar, _ = self.prior(
-            torch.cat([self.settings.seen(given, turns), condition], -1)
+            torch.cat([self.settings.feedback(given).flatten(2), condition], -1)
         )
         return Reconstruction(
             pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar, given
         )
-
-    def turns_of(self, joints: Tensor) -> Tensor:
-        """Return rotation vectors (B, T, 3 J) of real poses (B, T, J, 3), with W_0 = 0, in which
-        the first bones of the chains turn with the body."""
-        turns = inverse_kinematics(joints, self.skeleton)[:, :, 1:].flatten(2)
-        return torch.cat([turns, torch.zeros_like(turns[..., :3])], -1)
 
     def observed(self, joints: Tensor) -> Tensor:
         """Return real poses (B, T, J, 3) as input of the posterior.

@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch.distributions import Normal, kl_divergence
 
-from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths, inverse_kinematics
+from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
 from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.lab.motion.losses import gaussian_kl, vae_losses
 from a2v.lab.motion.networks import DECODERS, Pose, VAESettings
@@ -25,13 +25,6 @@ VARIANTS += [
 VARIANTS += [
     VAESettings(decoder="lie", root_rotation=True),
     VAESettings(decoder="lie", prior="fixed"),
-    VAESettings(decoder="lie", lie_input="tanh"),
-    *(
-        VAESettings(
-            decoder=name, roots="relative", root_rotation=True, lie_input="tanh", feedback="lie"
-        )
-        for name in ("lie", "glmi-m", "glmi-r")
-    ),
 ]
 """The four decoders, with and without the journal's additions."""
 
@@ -43,8 +36,6 @@ def variant_name(settings):
             *["relative"] * settings.relative,
             *["W0"] * settings.root_rotation,
             *["N(0, I)"] * (settings.prior == "fixed"),
-            *["tanh"] * (settings.lie_input == "tanh"),
-            *["fed rotations"] * (settings.feedback == "lie"),
         ]
     )
 
@@ -74,16 +65,8 @@ def test_sizes_of_table_3():
     assert model.generator.encoder.in_features == 115
 
 
-def rotations_of(joints, model):
-    """Rotation vectors (B, T, 3 J) of real poses (B, T, J, 3), W_0 = 0 last."""
-    vectors = inverse_kinematics(joints, model.skeleton)
-    return torch.cat([vectors[:, :, 1:], vectors[:, :, :1]], 2).flatten(2)
-
-
-def seen(pose, model, turns=None):
+def seen(pose, model):
     """A pose (B, J, 3) as prior and generator see it, flat."""
-    if model.settings.feedback == "lie":
-        return turns
     return (pose - pose[:, :1] if model.settings.roots == "relative" else pose).flatten(1)
 
 
@@ -104,14 +87,13 @@ def test_the_parallel_pass_equals_a_loop_over_frames(settings, name):
     torch.manual_seed(0)
     model = MotionVAE(skeleton, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton))
-    previous, turns = shifted(joints), shifted(rotations_of(joints, model))
+    previous = shifted(joints)
     parallel = model.reconstruct(joints, actions, lengths, noise)
     states = model.initial_states(3)
     latent = parallel.posterior_mean + torch.exp(0.5 * parallel.posterior_logvar) * noise
     for t in range(joints.shape[1]):
         counter = torch.full((3, 1), (t + 1) / joints.shape[1], dtype=torch.float64)
-        context = torch.cat([seen(previous[:, t], model, turns[:, t]), actions, counter], -1)
-        context = context[:, None]
+        context = torch.cat([seen(previous[:, t], model), actions, counter], -1)[:, None]
         mean, logvar, prior = model.prior(context, states.prior)
         assert torch.allclose(mean[:, 0], parallel.prior_mean[:, t], atol=1e-12)
         assert torch.allclose(logvar[:, 0], parallel.prior_logvar[:, t], atol=1e-12)
@@ -136,11 +118,7 @@ def test_the_loop_is_a_fixed_point_of_the_parallel_pass(settings):
     own = model.reconstruct(joints, actions, lengths, noise, torch.zeros(3, dtype=torch.bool))
     latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
     again = model.decode(
-        shifted(own.pose.joints),
-        model.condition(actions, joints.shape[1]),
-        latent,
-        lengths,
-        None if own.pose.turns is None else shifted(own.pose.turns),
+        shifted(own.pose.joints), model.condition(actions, joints.shape[1]), latent, lengths
     )
     assert torch.allclose(again.joints, own.pose.joints, atol=1e-10)
 
@@ -172,25 +150,19 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
     mean, logvar, _ = model.posterior(torch.cat([seen_by_posterior(joints, model), condition], -1))
     latent = mean + torch.exp(0.5 * logvar) * noise
     states, previous = model.initial_states(len(joints)), torch.zeros_like(joints[:, 0])
-    poses, priors, before, turns = [], [], [], states.turns
+    poses, priors, before = [], [], []
     for t in range(joints.shape[1]):
-        context = torch.cat([seen(previous, model, turns), condition[:, t]], -1)[:, None]
+        context = torch.cat([seen(previous, model), condition[:, t]], -1)[:, None]
         prior_mean, prior_logvar, prior = model.prior(context, states.prior)
         outputs, generator = model.generator(
             torch.cat([context, latent[:, t : t + 1]], -1), states.generator
         )
         pose = model.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
-        states = States(
-            prior, generator, states.trajectory if pose.state is None else pose.state, turns
-        )
+        states = States(prior, generator, states.trajectory if pose.state is None else pose.state)
         poses.append(pose)
         before.append(previous)
         priors.append((prior_mean, prior_logvar))
         previous = torch.where(teacher[:, None, None], joints[:, t], pose.joints[:, 0])
-        if model.settings.feedback == "lie":
-            turns = torch.where(
-                teacher[:, None], rotations_of(joints, model)[:, t], pose.turns[:, 0]
-            )
     velocity = (
         None if poses[0].velocity is None else torch.cat([pose.velocity for pose in poses], 1)
     )

@@ -8,7 +8,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from a2v.lab.motion.baselines.base import (
-    FIRST_STAGE,
     Baseline,
     Batch,
     Improve,
@@ -24,8 +23,13 @@ INITIAL = 10
 """Size of the code of the first pose."""
 MOVE = 512
 """Size of the code of a movement."""
+SNIPPETS_STAGE = 0.2
+"""Share of the iterations for the first stage, which take seven times as long as those of the
+second."""
 KL_WEIGHT = 0.01
 """Weight of the Kullback-Leibler divergence."""
+SHIFT_WEIGHT = 1.0
+"""Weight of the error of movements that are decoded from another initial pose."""
 SEQUENCE_WEIGHT = 10.0
 """Weight of the error of sequences."""
 
@@ -50,10 +54,14 @@ class Dancing2Music(Baseline):
     a GAN learns the order of movements.
 
     GRUs are 1024 wide. Divergences have the weight 0.01, the sequence's L1 error 10. The last pose
-    of a snippet is the initial pose of the next one. The second stage encodes a sequence of
-    movements and the action to 512 numbers and decodes them; these numbers are drawn for sampling.
-    Assumed: divergences are means over dimensions, the discriminator sees the action, `FIRST_STAGE`
-    of the training for the first stage.
+    of a snippet is the initial pose of the next one. In the first stage each movement is also
+    decoded from the initial pose of another snippet of the batch, and the result must have the same
+    movement (L1). The second stage is a VAE of sequences of movements: an encoder gives a code of
+    512 numbers, a decoder the movements. A network draws this code from the action and noise. One
+    discriminator judges the codes, another one the movements. Assumed: divergences are means over
+    dimensions, the network that draws codes has one hidden layer of 1024 and 512 numbers of noise,
+    both discriminators see the action, the other snippet is one of the next clip in the batch,
+    `SNIPPETS_STAGE` of the training for the first stage.
     """
 
     SOURCE = "Lee et al., NeurIPS 2019"
@@ -74,18 +82,32 @@ class Dancing2Music(Baseline):
         )
         self.composer = nn.ModuleDict(
             {
-                "encoder": nn.GRU(MOVE + actions, wide, batch_first=True),
+                "encoder": nn.GRU(MOVE, wide, batch_first=True),
                 "z": Gaussian(wide, MOVE),
-                "decoder": nn.GRU(MOVE + actions, wide, batch_first=True),
+                "draw": layers(MOVE + actions, wide, MOVE),
+                "decoder": nn.GRU(MOVE, wide, batch_first=True),
                 "exit": nn.Linear(wide, MOVE),
             }
         )
-        self.judge = layers(self.snippets * MOVE + actions, wide, wide, 1)
+        self.judges = nn.ModuleDict(
+            {
+                "moves": layers(self.snippets * MOVE + actions, wide, wide, 1),
+                "code": layers(MOVE + actions, wide, wide, 1),
+            }
+        )
 
     @property
     def window(self) -> int:
         """Frames of whole snippets that share a pose."""
         return self.snippets * (SNIPPET - 1) + 1
+
+    def moved(self, parts: Tensor, draws: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
+        """Return a draw and the mean (N, 512) of the movements of snippets (N, 32, D), and the
+        divergence ()."""
+        drawn: tuple[Tensor, Tensor, Tensor] = self.unit["z_move"](
+            self.unit["move"](parts)[1][0], draws
+        )
+        return drawn
 
     def decoded(self, initial: Tensor, move: Tensor) -> Tensor:
         """Return poses (N, 32, D) of an initial pose (N, 10) and a movement (N, 512)."""
@@ -93,11 +115,15 @@ class Dancing2Music(Baseline):
         poses: Tensor = self.unit["exit"](hidden)
         return poses
 
-    def composed(self, code: Tensor, actions: Tensor) -> Tensor:
-        """Return movements (B, S, 512) of a code (B, 512) and an action."""
-        hidden, _ = self.composer["decoder"](
-            over_time(torch.cat([code, actions], -1), self.snippets)
-        )
+    def drawn(self, actions: Tensor, draws: torch.Generator) -> Tensor:
+        """Draw codes (B, 512) of sequences of actions (B, C)."""
+        noise = normal(draws, len(actions), MOVE)
+        codes: Tensor = self.composer["draw"](torch.cat([noise, actions], -1))
+        return codes
+
+    def composed(self, code: Tensor) -> Tensor:
+        """Return movements (B, S, 512) of a code (B, 512)."""
+        hidden, _ = self.composer["decoder"](over_time(code, self.snippets))
         moves: Tensor = self.composer["exit"](hidden)
         return moves
 
@@ -108,43 +134,42 @@ class Dancing2Music(Baseline):
         parts = moved_to_origin(
             batch.poses.unfold(1, SNIPPET, SNIPPET - 1).transpose(-1, -2).flatten(0, 1)
         )
-        if progress < FIRST_STAGE:
+        if progress < SNIPPETS_STAGE:
             initial, _, first = self.unit["z_initial"](self.unit["initial"](parts[:, 0]), draws)
-            move, _, second = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)
+            move, mean, second = self.moved(parts, draws)
             error = (self.decoded(initial, move) - parts).abs().mean()
-            return {
-                "discriminator": 0.0,
-                "generator": improve(self.unit, error + KL_WEIGHT * (first + second)),
-            }
+            other = self.decoded(initial.roll(self.snippets, 0), move)
+            # without detach, all movements become equal
+            shift = (self.moved(moved_to_origin(other), draws)[1] - mean.detach()).abs().mean()
+            wish = error + SHIFT_WEIGHT * shift + KL_WEIGHT * (first + second)
+            return {"discriminator": 0.0, "generator": improve(self.unit, wish)}
         with torch.no_grad():
-            moves = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)[1].view(
-                -1, self.snippets, MOVE
-            )
-        fake = self.composed(normal(draws, len(moves), MOVE), batch.actions)
-        true = real_or_not(self.judged(moves, batch.actions), True)
-        discriminator = improve(
-            self.judge, true + real_or_not(self.judged(fake.detach(), batch.actions), False)
-        )
-        hidden = self.composer["encoder"](
-            torch.cat([moves, over_time(batch.actions, self.snippets)], -1)
-        )[1][0]
+            moves = self.moved(parts, draws)[1].view(-1, self.snippets, MOVE)
+        hidden = self.composer["encoder"](moves)[1][0]
         code, _, divergence = self.composer["z"](hidden, draws)
-        error = functional.l1_loss(self.composed(code, batch.actions), moves)
+        made = self.drawn(batch.actions, draws)
+        fake = self.composed(made)
+        discriminator = improve(
+            self.judges,
+            self.judgment(moves, code.detach(), batch.actions, True)
+            + self.judgment(fake.detach(), made.detach(), batch.actions, False),
+        )
         wish = (
-            real_or_not(self.judged(fake, batch.actions), True)
-            + SEQUENCE_WEIGHT * error
+            self.judgment(fake, made, batch.actions, True)
+            + SEQUENCE_WEIGHT * functional.l1_loss(self.composed(code), moves)
             + KL_WEIGHT * divergence
         )
         return {"discriminator": discriminator, "generator": improve(self.composer, wish)}
 
-    def judged(self, moves: Tensor, actions: Tensor) -> Tensor:
-        """Return logits (B, 1) of whether sequences of movements are real."""
-        logits: Tensor = self.judge(torch.cat([moves.flatten(1), actions], -1))
-        return logits
+    def judgment(self, moves: Tensor, code: Tensor, actions: Tensor, real: bool) -> Tensor:
+        """Return the cross entropy () of both discriminators' logits with the label `real`."""
+        by_moves = self.judges["moves"](torch.cat([moves.flatten(1), actions], -1))
+        by_code = self.judges["code"](torch.cat([code, actions], -1))
+        return real_or_not(by_moves, real) + real_or_not(by_code, real)
 
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
         """See `Baseline`."""
-        moves = self.composed(normal(draws, len(actions), MOVE), actions)
+        moves = self.composed(self.drawn(actions, draws))
         initial, root, parts = (
             normal(draws, len(actions), INITIAL),
             torch.zeros(len(actions), 1, 3),

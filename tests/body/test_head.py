@@ -93,7 +93,8 @@ def test_only_a_face_that_is_turned_aside_moves_the_evidence(
             continue
         np.testing.assert_allclose(found.pixels[:HEAD], seen(turn, head)[:, :2], atol=1.0)
         assert (found.confidence[:HEAD] == 1).all()
-        assert found.points is not None and plain.points is not None
+        assert found.points is not None
+        assert plain.points is not None
         nose, ear = LANDMARK_INDEX["nose"], LANDMARK_INDEX["left_ear"]
         ahead = found.points[nose] - found.points[ear]
         np.testing.assert_allclose(ahead, turn.apply(head[nose] - head[ear]), atol=0.01)

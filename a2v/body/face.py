@@ -226,6 +226,12 @@ def face_landmarks() -> tuple[IntArray, FloatArray]:
     return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)
 
 
+def points_on_face(vertices: FloatArray) -> FloatArray:
+    """Return the detector's landmarks (478, 3) float64 on Anny's `vertices` (V, 3), in any pose."""
+    ids, weights = face_landmarks()
+    return np.asarray(np.einsum("kc,kcd->kd", weights, vertices[ids].astype(np.float64)))
+
+
 @functools.cache
 def gums() -> FloatArray:
     """Return the fraction (n,) of gum at each vertex of `teeth`.

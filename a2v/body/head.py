@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from a2v.body.face import face_landmarks
+from a2v.body.face import points_on_face
 from a2v.body.registry import load_body_model
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
@@ -25,8 +25,7 @@ def _default_head() -> tuple[FloatArray, FloatArray, np.ndarray]:
 
     model = load_body_model("anny")
     vertices, joints = model.rest(torch.from_numpy(model.shape_default))
-    ids, weights = face_landmarks()
-    face = np.einsum("kc,kcd->kd", weights, vertices.numpy().astype(np.float64)[ids])
+    face = points_on_face(vertices.numpy())
     head = model.landmarks_of(vertices[model.landmark_vertices], joints)[:HEAD]
     return face, head.numpy().astype(np.float64), np.flatnonzero(face[:, 1] > face[1, 1] - _JAW)
 

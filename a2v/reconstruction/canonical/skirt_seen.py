@@ -57,10 +57,10 @@ def find_skirt(
         Height of the hem at rest, meters, and of its lowest point. None if it is to be found where
         the surface steps back to the legs.
     """
-    seen, hem = look_for_skirt(subject, body, camera), skirt_hem(subject, body, camera)
-    stands = hips_bent(body) <= BENT
+    seen, stands = look_for_skirt(subject, body, camera), hips_bent(body) <= BENT
     if stands and seen.probability < _SURE[0]:
         return False, None
+    hem = skirt_hem(subject, body, camera)
     hangs = hem is None and hangs_between_legs(surface, body, subject, camera)
     if not (hangs or hem is not None or (stands and seen.probability > _SURE[1])):
         return False, None

@@ -15,7 +15,7 @@ from a2v.body.face import (
     RIGHT_EYEBALL,
     TONGUE,
     actions_of,
-    face_landmarks,
+    points_on_face,
     teeth,
 )
 from a2v.body.flat import flattened
@@ -199,8 +199,7 @@ def bend_face(
     posed, turns = _facing(posed, turns, subject.face, camera)
     closing, shifts = actions_of()["mouthClose"]
     posed[closing] += _CLOSED * np.einsum("vab,vb->va", turns[closing], shifts)
-    ids, weights = face_landmarks()
-    on_body = camera.flatten(np.einsum("kc,kcd->kd", weights, posed[ids]))[:, :2]
+    on_body = camera.flatten(points_on_face(posed))[:, :2]
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
     flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
@@ -252,8 +251,7 @@ def _facing(
     Otherwise the deep teeth and tongue would be off to a side."""
     from scipy.spatial.transform import Rotation
 
-    ids, weights = face_landmarks()
-    on_body = np.einsum("kc,kcd->kd", weights, posed[ids])
+    on_body = points_on_face(posed)
     middle = on_body.mean(axis=0)
     on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
     upright = Rotation.from_euler("x", -camera.looks_down(middle)).apply(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.face import EYES, SKIN, TONGUE, face_landmarks, teeth
+from a2v.body.face import EYES, SKIN, TONGUE, points_on_face, teeth
 from a2v.body.registry import load_body_model
 from a2v.geometry.mesh import border_loops
 from a2v.geometry.rays import ray_scene
@@ -72,8 +72,7 @@ def face_patch() -> Patch:
     kinds = np.zeros(len(place), np.uint8)
     seen = np.zeros(len(place), bool)
     seen[faces[front]] = True
-    ids, weights = face_landmarks()
-    lips = np.einsum("kc,kcd->kd", weights, rest[ids])[list(LIPS)]
+    lips = points_on_face(rest)[list(LIPS)]
     near = np.abs(rest - lips.mean(axis=0)).max(axis=1) < 0.06
     low, high = lips[:, :2].min(axis=0) - 0.004, lips[:, :2].max(axis=0) + 0.004
     across = (
@@ -106,8 +105,7 @@ def _enclosed(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
     between brows and chin."""
     import cv2
 
-    ids, weights = face_landmarks()
-    marks = np.einsum("kc,kcd->kd", weights, rest[ids])[:, :2]
+    marks = points_on_face(rest)[:, :2]
     outline = marks[[*RIGHT_EYE, *LEFT_EYE, *LIPS, *BROWS, *SURROUNDINGS]]
     hull = cv2.convexHull((outline * 1e4).astype(np.float32))
     on_front = np.zeros(len(rest), bool)

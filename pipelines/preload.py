@@ -8,7 +8,7 @@ import threading
 
 from a2v.system import thread_count
 
-NEXT = ("torch", "a2v.geometry.rays", "scipy.optimize")
+NEXT = ("torch", "scipy.optimize")
 """Modules that the nodes after `subject` import, in the order in which they are needed.
 
 pymeshlab is not among them: if it is loaded in a thread beside mediapipe, it corrupts the heap, and
@@ -31,11 +31,9 @@ def preload() -> threading.Thread | None:
 
 
 def _import_all() -> None:
-    """Import `NEXT` and open3d; the node that needs the module reports a failure."""
+    """Import `NEXT`; the node that needs a module reports its failure."""
     for name in NEXT:
         if not threading.main_thread().is_alive():
             return
         with contextlib.suppress(Exception):
-            module = importlib.import_module(name)
-            if name == "a2v.geometry.rays":
-                module.load_open3d()
+            importlib.import_module(name)

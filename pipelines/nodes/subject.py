@@ -11,7 +11,6 @@ from pipelines.engine.memo import memo, note
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import get, put
 from pipelines.nodes.values import Blob
-from pipelines.preload import preload
 
 
 @memo()
@@ -37,11 +36,10 @@ def found_in(
     corrections: Corrections,
     perception: PerceptionSettings,
 ) -> Subject:
-    """The person in a photo; see `subject`. The libraries of the fit are imported meanwhile."""
+    """The person in a photo; see `subject`."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
     from a2v.perception.photo import focal_length
 
-    preload()
     name = photo.source or "the photo"
     data = bytes(get(photo, Blob))
     pixels = decode_photo(data, name)

@@ -18,6 +18,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import errno
+import gc
 import importlib
 import importlib.util
 import io
@@ -190,7 +191,11 @@ def _run_as_program(arguments: list[str]) -> Answer:
     if folder := user_cache_folder():
         os.environ.setdefault("MPLCONFIGDIR", str(folder / "matplotlib"))
     with safe_children(), contextlib.redirect_stdout(_Printable(sys.stdout)):
-        return _run(arguments)
+        try:
+            return _run(arguments)
+        finally:
+            # The interpreter's end does not search the objects of all libraries for cycles.
+            gc.freeze()
 
 
 class _Printable(io.TextIOBase):

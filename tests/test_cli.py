@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
@@ -447,3 +448,28 @@ def test_messages_are_json_safe_reports(tmp_path):
 
     assert json.dumps(plain({"path": tmp_path, "values": (1, 2.5, None, True)}))
     assert {"python", "numpy"} <= set(versions())
+
+
+@pytest.mark.parametrize("arguments", [["cache"], ["cache", "--trim", "much"]])
+def test_a_program_ends_without_a_search_for_cycles(arguments, tmp_path):
+    code = (
+        "import gc, sys\n"
+        "from pipelines.cli import main\n"
+        f"sys.argv = ['a2v', *{arguments!r}]\n"
+        "main()\n"
+        "print('frozen', gc.get_freeze_count() > 0, file=sys.stderr)\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"A2V_CACHE": str(tmp_path)},
+    )
+    assert "frozen True" in told.stderr
+
+
+def test_a_call_within_a_program_leaves_its_garbage_collection_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("A2V_CACHE", str(tmp_path))
+    before = gc.get_freeze_count()
+    main(["cache"])
+    assert gc.get_freeze_count() == before

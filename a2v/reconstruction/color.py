@@ -255,12 +255,15 @@ def color_surface(
     )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
+        gloved = canvas.hands is not None and canvas.gloved
+        if gloved:
+            base[hidden] = canvas.hands
         base = even_tones(
             base,
             known & ~mouth,
             known | lent,
             labels=continued.labels,
-            bare=on_parts(canvas.parts, *HEAD, *HANDS),
+            bare=on_parts(canvas.parts, *HEAD, *(() if gloved else HANDS)),
         )
         base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)

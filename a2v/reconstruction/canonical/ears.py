@@ -89,9 +89,7 @@ def flat_ears(rest: FloatArray) -> FloatArray:
     plate = laplacian(edges)
     fixed = np.setdiff1d(np.arange(SKIN.stop), own)
     result = rest.copy()
-    result[own] = factored(plate[own][:, own].tocsc()).solve(
-        -(plate[own][:, fixed] @ rest[fixed])
-    )
+    result[own] = factored(plate[own][:, own].tocsc()).solve(-(plate[own][:, fixed] @ rest[fixed]))
     return result
 
 

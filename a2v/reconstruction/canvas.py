@@ -13,7 +13,7 @@ from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.held import held_things
-from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, gloves
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
     Body,
@@ -56,9 +56,6 @@ _LEAST = 30
 """Smallest number of pixels of a part that are needed."""
 _CLOTH = 0.4
 """Share of cloth that looks like skin above which both are not separated."""
-_HEM = 0.1
-"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
-meters."""
 _WITHIN_HAIR = 0.002
 """Distance from the border of hair within which its pixels are not used, meters."""
 _BESIDE_HAIR = 0.004
@@ -296,21 +293,6 @@ def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:
         agreement[part] = np.minimum(agreement[part], free.astype(np.uint8))
     own = np.clip((deep - _WITHIN_HAIR) / _FADE, 0, 1) * 255
     return np.concatenate([agreement, own.astype(np.uint8)[None]])
-
-
-def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
-    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
-
-    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
-    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
-    """
-    import cv2
-
-    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
-    for part, name in enumerate(PARTS):
-        if name.endswith(("thigh", "shin")):
-            agreement[part][near & ~skin] = 0
-    agreement[PARTS.index("torso")][hanging & skin] = 0
 
 
 class _Palettes:

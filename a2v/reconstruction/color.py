@@ -255,16 +255,11 @@ def color_surface(
     )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        gloved = canvas.hands is not None and canvas.gloved
-        if gloved:
+        if canvas.gloved:
             base[hidden] = canvas.hands
-        base = even_tones(
-            base,
-            known & ~mouth,
-            known | lent,
-            labels=continued.labels,
-            bare=on_parts(canvas.parts, *HEAD, *(() if gloved else HANDS)),
-        )
+        bare = on_parts(canvas.parts, *HEAD, *(() if canvas.gloved else HANDS))
+        told = known | lent
+        base = even_tones(base, known & ~mouth, told, labels=continued.labels, bare=bare)
         base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)

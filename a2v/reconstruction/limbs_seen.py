@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
+from a2v.types import Body, BoolArray, ByteArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
@@ -46,6 +46,8 @@ _ISOLATED = 0.04
 pockets and on cloth do not."""
 _MOST_OF_IT = 0.5
 """Smallest share of a fitted hand that is isolated and lies at the landmarks of the hand."""
+_ONE_COLOR = 0.5
+"""Smallest share of the pixels of gloves with their typical color."""
 _FEW_OF_HAND = (40, 15)
 """Smallest number of pixels of a hand that wears a glove, and of the other hand."""
 _BARE_FEET = 0.85
@@ -54,6 +56,9 @@ ankles, have the face's skin color. Shoes of that color are more common than bar
 such shins."""
 _ANKLE = 0.12
 """Shins up to this height above the ankle are compared, meters."""
+_HEM = 0.1
+"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
+meters."""
 _FEW = 30
 """Smallest number of pixels of a foot, and of a shin."""
 _FINGERS = (
@@ -134,7 +139,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     if found is None:
         return None
     lab, face = found
-    known = [face]
+    known: list[FloatArray | None] = [face]
     for number, side in enumerate(("left", "right")):
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
             known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
@@ -201,7 +206,8 @@ def gloves(
             worn |= told
     if not worn.any():
         return None
-    return np.asarray(np.linalg.norm((lab - np.median(lab[worn], axis=0)) * _HUE, axis=-1) < _LIKE)
+    like = np.linalg.norm((lab - np.median(lab[worn], axis=0)) * _HUE, axis=-1) < _LIKE
+    return like if like[worn].mean() > _ONE_COLOR else None
 
 
 def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
@@ -238,6 +244,21 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
         if min(like[part].mean() for part in parts) < _BARE_FEET:
             return False
     return seen > 0
+
+
+def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
+    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
+
+    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
+    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
+    """
+    import cv2
+
+    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
+    for part, name in enumerate(PARTS):
+        if name.endswith(("thigh", "shin")):
+            agreement[part][near & ~skin] = 0
+    agreement[PARTS.index("torso")][hanging & skin] = 0
 
 
 def _photo_and_skin(

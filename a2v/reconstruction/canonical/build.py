@@ -106,14 +106,7 @@ def canonical_person(
     long = long_hair(sight.subject, body, sight.camera)
     if long is not None:
         hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
-    asked = (
-        mesh.skin
-        & ~on_parts(parts, *HANDS)
-        & ~laid.around(mesh, at_rest)
-        & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
-        & ~hidden
-        & ~(mesh.spread(ears().astype(np.float64)) > (0.0 if covers is False else 1.0))
-    )
+    asked = ~hidden & _dressed(body, rest, laid, bare=bare, ears_shown=covers is False)
     vertices = _displaced(sights, poses, rest, asked, settings, long)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
@@ -142,6 +135,15 @@ def canonical_person(
     return dataclasses.replace(
         person, surface=surface, expected_colors=_expected(person, surface), from_body=False
     )
+
+
+def _dressed(body: Body, rest: RestMesh, laid: Laid, *, bare: bool, ears_shown: bool) -> BoolArray:
+    """Return which vertices (V,) cloth or hair may displace: not the face, hands, `bare` feet, tips
+    of shoes, and ears that the photo shows."""
+    mesh, parts = topology(), rest.parts
+    own = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, rest.vertices)
+    own &= ~(on_parts(parts, *FEET) if bare else in_tips(body, rest.vertices, parts))
+    return np.asarray(own & ~(mesh.spread(ears().astype(np.float64)) > 0) if ears_shown else own)
 
 
 def _skirt(

@@ -13,7 +13,7 @@ from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.held import held_things
-from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
     Body,
@@ -56,9 +56,6 @@ _LEAST = 30
 """Smallest number of pixels of a part that are needed."""
 _CLOTH = 0.4
 """Share of cloth that looks like skin above which both are not separated."""
-_HEM = 0.1
-"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
-meters."""
 _WITHIN_HAIR = 0.002
 """Distance from the border of hair within which its pixels are not used, meters."""
 _BESIDE_HAIR = 0.004
@@ -84,7 +81,9 @@ class Canvas:
         For each part and pixel, 0 to 255: whether the pixel belongs to the part. With long hair
         one row more follows, for the hair.
     hands : (3,), optional
-        Color of unseen hands, sRGB in [0, 1]; None if it is unknown, or they wear gloves.
+        Color of unseen hands, or of the gloves on them, sRGB in [0, 1]; None if it is unknown.
+    gloved : bool
+        Whether the hands wear gloves.
     loose : (V,) bool, optional
         Vertices of a separate layer of cloth: a skirt.
     strands : (V,) int, optional
@@ -97,6 +96,7 @@ class Canvas:
     atlas: Atlas
     agreement: ByteArray
     hands: FloatArray | None = None
+    gloved: bool = False
     loose: BoolArray | None = None
     strands: IntArray | None = None
 
@@ -144,6 +144,9 @@ class Clues:
         (`a2v.reconstruction.limbs_seen.bare_hands`).
     loose : (V,) bool
         Vertices of a separate layer of cloth: in their pixels the body map is not used.
+    gloves : (h, w) bool, optional
+        Pixels that look like the gloves on both hands; None for hands without gloves
+        (`a2v.reconstruction.limbs_seen.gloves`).
     strands : (V,) bool, optional
         Vertices of a separate layer of long hair.
     hair : (H, W) bool, optional
@@ -155,6 +158,7 @@ class Clues:
     better: BoolArray
     skin: BoolArray | None
     loose: BoolArray
+    gloves: BoolArray | None = None
     strands: BoolArray | None = None
     hair: BoolArray | None = None
 
@@ -167,34 +171,36 @@ class Clues:
         """Return the only pixels (h, w) that may belong to a part; None for all. Fingers are too
         thin for a margin here."""
         own = self.arms[part] if self.better[part] else None
-        if self.skin is None or not PARTS[part].endswith("hand"):
+        like = self.skin if self.gloves is None else self.gloves
+        if like is None or not PARTS[part].endswith("hand"):
             return own
-        return self.skin if own is None else np.asarray(own & self.skin)
+        return like if own is None else np.asarray(own & like)
 
     def tone(self, image: ByteArray) -> FloatArray | None:
-        """Return the color (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of
-        all skin; None if unknown."""
+        """Return the color (3,), sRGB in [0, 1], of the hands or gloves in a picture (H, W, 3),
+        else of all skin; None if unknown."""
         import cv2
 
-        if self.skin is None or not self.skin.any():
+        like = self.skin if self.gloves is None else self.gloves
+        if like is None or not like.any():
             return None
-        hands = self.skin & self.arms[[name.endswith("hand") for name in PARTS]].any(axis=0)
-        small = cv2.resize(image, self.skin.shape[::-1], interpolation=cv2.INTER_AREA)
-        return np.asarray(
-            np.median(small[hands if hands.sum() > _LEAST else self.skin], axis=0) / 255.0
-        )
+        hands = like & self.arms[[name.endswith("hand") for name in PARTS]].any(axis=0)
+        small = cv2.resize(image, like.shape[::-1], interpolation=cv2.INTER_AREA)
+        return np.asarray(np.median(small[hands if hands.sum() > _LEAST else like], axis=0) / 255.0)
 
 
 def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
     """Evidence from a photo and its fitted body."""
     height, width = (side // STEP for side in subject.mask.shape)
     arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
+    worn = gloves(subject, arms, body_shown(body, subject, camera), camera.scale / STEP, STEP)
     return Clues(
         surroundings_taken(body, subject, camera),
         arms,
         better,
-        bare_hands(subject, arms, STEP),
+        bare_hands(subject, arms, STEP) if worn is None else None,
         loose,
+        worn,
     )
 
 
@@ -287,21 +293,6 @@ def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:
         agreement[part] = np.minimum(agreement[part], free.astype(np.uint8))
     own = np.clip((deep - _WITHIN_HAIR) / _FADE, 0, 1) * 255
     return np.concatenate([agreement, own.astype(np.uint8)[None]])
-
-
-def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
-    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
-
-    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
-    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
-    """
-    import cv2
-
-    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
-    for part, name in enumerate(PARTS):
-        if name.endswith(("thigh", "shin")):
-            agreement[part][near & ~skin] = 0
-    agreement[PARTS.index("torso")][hanging & skin] = 0
 
 
 class _Palettes:

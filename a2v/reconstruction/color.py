@@ -255,13 +255,11 @@ def color_surface(
     )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = even_tones(
-            base,
-            known & ~mouth,
-            known | lent,
-            labels=continued.labels,
-            bare=on_parts(canvas.parts, *HEAD, *HANDS),
-        )
+        if canvas.gloved:
+            base[hidden] = canvas.hands
+        bare = on_parts(canvas.parts, *HEAD, *(() if canvas.gloved else HANDS))
+        told = known | lent
+        base = even_tones(base, known & ~mouth, told, labels=continued.labels, bare=bare)
         base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
+from a2v.types import Body, BoolArray, ByteArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
@@ -35,12 +35,30 @@ _LIKE = 15.0
 """Largest distance of skin from the color of the face, CIELAB units."""
 _GLOVE = 0.25
 """Share of skin below which hands wear gloves."""
+_WARM = (10.0, 90.0)
+"""Range of the hue of hands in colored light, degrees in CIELAB."""
+_NO_SKIN = 0.1
+"""A hand wears a glove if less than this share of its pixels is skin, in any light."""
+_NOT_BARE = 0.25
+"""Share of skin up to which the other hand may wear a glove, too."""
+_ISOLATED = 0.04
+"""Distance from all parts but the forearm at which a fitted hand shows itself, meters: hands in
+pockets and on cloth do not."""
+_MOST_OF_IT = 0.5
+"""Smallest share of a fitted hand that is isolated and lies at the landmarks of the hand."""
+_ONE_COLOR = 0.5
+"""Smallest share of the pixels of gloves with their typical color."""
+_FEW_OF_HAND = (40, 15)
+"""Smallest number of pixels of a hand that wears a glove, and of the other hand."""
 _BARE_FEET = 0.85
 """Feet are bare if at least this fraction of each foot's pixels, and of the shins' above the
 ankles, have the face's skin color. Shoes of that color are more common than bare feet without
 such shins."""
 _ANKLE = 0.12
 """Shins up to this height above the ankle are compared, meters."""
+_HEM = 0.1
+"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
+meters."""
 _FEW = 30
 """Smallest number of pixels of a foot, and of a shin."""
 _FINGERS = (
@@ -117,23 +135,15 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     arms : (P, h, w) bool
         Of `arms_by_landmarks`.
     """
-    import cv2
-    from skimage.color import rgb2lab
-
-    if subject.face is None:
+    found = _photo_and_skin(subject, arms.shape[1:], step)
+    if found is None:
         return None
-    size = arms.shape[:0:-1]
-    lab = np.asarray(
-        rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
-    )
-    column, row = (subject.face[:, :2] / step).astype(np.int64).T
-    known = [lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])]
+    lab, face = found
+    known: list[FloatArray | None] = [face]
     for number, side in enumerate(("left", "right")):
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
             known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
     tones = [tone for tone in known if tone is not None]
-    if known[0] is None:
-        return None
     like = np.any([np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
         own = arms[PARTS.index(f"{side}_hand")]
@@ -147,6 +157,59 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     return np.asarray(like)
 
 
+def gloves(
+    subject: Subject, arms: BoolArray, shown: IntArray, scale: float, step: int
+) -> BoolArray | None:
+    """Return which pixels (h, w), every `step`-th, have the color of the gloves; None if the photo
+    does not clearly show gloves.
+
+    A hand wears a glove if its pixels have no color of skin, although the face has. Its pixels are
+    those of the fingers that mediapipe found, else those of a fitted hand that is far from all
+    other parts and lies at its landmarks. The other hand must not be bare.
+
+    Parameters
+    ----------
+    arms : (P, h, w) bool
+        Of `arms_by_landmarks`.
+    shown : (h, w) int
+        Part that the posed body shows on every `step`-th pixel; -1 for none.
+    scale : float
+        Pixels of `shown` per meter.
+    """
+    import cv2
+
+    found = _photo_and_skin(subject, shown.shape, step)
+    if found is None:
+        return None
+    lab, tone = found
+    mask = cv2.resize(
+        np.asarray(subject.mask, np.float32), shown.shape[::-1], interpolation=cv2.INTER_AREA
+    )
+    hue = np.degrees(np.arctan2(lab[..., 2], lab[..., 1]))
+    skin = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
+    skin |= (hue > _WARM[0]) & (hue < _WARM[1]) & (np.hypot(lab[..., 1], lab[..., 2]) > _CHROMA)
+    worn = np.zeros(shown.shape, bool)
+    for number, side in enumerate(("left", "right")):
+        hand, arm = (PARTS.index(f"{side}_{name}") for name in ("hand", "lower_arm"))
+        own = (shown == hand) & arms[hand] & (mask > 0.9)
+        if own.sum() >= _FEW_OF_HAND[1] and skin[own].mean() > _NOT_BARE:
+            return None
+        if subject.hands is not None and subject.hands[number, 0, 3] > 0:
+            told = arms[hand] & (mask > 0.9)
+        else:
+            other = (shown >= 0) & (shown != hand) & (shown != arm)
+            away = cv2.distanceTransform((~other).astype(np.uint8), cv2.DIST_L2, 5) / scale
+            told = own & (away > _ISOLATED)
+            if told.sum() < _MOST_OF_IT * (shown == hand).sum():
+                continue
+        if told.sum() >= _FEW_OF_HAND[0] and skin[told].mean() < _NO_SKIN:
+            worn |= told
+    if not worn.any():
+        return None
+    like = np.linalg.norm((lab - np.median(lab[worn], axis=0)) * _HUE, axis=-1) < _LIKE
+    return like if like[worn].mean() > _ONE_COLOR else None
+
+
 def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
     """Return whether the photo shows feet without shoes; False if it does not show enough.
 
@@ -158,24 +221,21 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
         Part that the posed body shows on every `step`-th pixel; -1 for none.
     """
     import cv2
-    from skimage.color import rgb2lab
 
-    if subject.face is None:
+    found = _photo_and_skin(subject, shown.shape, step)
+    if found is None:
         return False
-    size = shown.shape[::-1]
-    small = cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)
-    lab = np.asarray(rgb2lab(small), np.float64)
-    column, row = (subject.face[:, :2] / step).astype(np.int64).T
-    tone = lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])
-    if tone is None:
-        return False
+    lab, tone = found
     like = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
-    mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.9
+    mask = (
+        cv2.resize(subject.mask.astype(np.float32), shown.shape[::-1], interpolation=cv2.INTER_AREA)
+        > 0.9
+    )
     seen = 0
     for side, letter in (("left", ".L"), ("right", ".R")):
         ankle = body.bone_transforms[body.bone_names.index(f"foot{letter}"), :3, 3]
         lowest = camera.project(ankle[None].astype(np.float64))[0, 1] / step
-        rows = np.arange(size[1])[:, None]
+        rows = np.arange(shown.shape[0])[:, None]
         near = (rows > lowest - _ANKLE * camera.scale / step) & mask
         parts = [near & (shown == PARTS.index(f"{side}_{part}")) for part in ("foot", "shin")]
         if min(part.sum() for part in parts) < _FEW:
@@ -184,6 +244,38 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
         if min(like[part].mean() for part in parts) < _BARE_FEET:
             return False
     return seen > 0
+
+
+def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
+    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
+
+    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
+    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
+    """
+    import cv2
+
+    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
+    for part, name in enumerate(PARTS):
+        if name.endswith(("thigh", "shin")):
+            agreement[part][near & ~skin] = 0
+    agreement[PARTS.index("torso")][hanging & skin] = 0
+
+
+def _photo_and_skin(
+    subject: Subject, shape: tuple[int, ...], step: int
+) -> tuple[FloatArray, FloatArray] | None:
+    """The photo (h, w, 3) at every `step`-th pixel and the skin (3,) of its face, CIELAB; None if
+    this is not visible."""
+    import cv2
+    from skimage.color import rgb2lab
+
+    if subject.face is None:
+        return None
+    small = cv2.resize(subject.image, shape[::-1], interpolation=cv2.INTER_AREA)
+    lab = np.asarray(rgb2lab(small), np.float64)
+    column, row = (subject.face[:, :2] / step).astype(np.int64).T
+    tone = lit_skin(lab[np.clip(row, 0, shape[0] - 1), np.clip(column, 0, shape[1] - 1)])
+    return None if tone is None else (lab, tone)
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:

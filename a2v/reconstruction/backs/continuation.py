@@ -149,7 +149,7 @@ def continue_photo(
     )
     # the heel of a shoe does not look like its laces; skin is even, and details of visible skin are
     # features, or shadows of hair and fingers
-    even = (labels == SHOES) | ((labels == SKIN) & seen.on(*HEAD_PARTS, *HANDS))
+    even = (labels == SHOES) | seen.on(*HANDS) | ((labels == SKIN) & seen.on(*HEAD_PARTS))
     if seen.strands is not None:
         even |= seen.strands  # its details run along the strands
     woven = np.where(even, 0, labels)

@@ -14,6 +14,7 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import four_weights, posed_by
+from a2v.reconstruction.canonical.ears import ears, ears_covered, flat_ears
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
 from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
@@ -94,7 +95,9 @@ def canonical_person(
     mesh, person = topology(), sight.person
     posed = body_shown(sight.body, sight.subject, sight.camera)
     bare = bare_feet(sight.subject, sight.body, sight.camera, posed, STEP)
-    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings(), bare=bare)
+    sights, shown, laid, poses, shod, covers = _shod(
+        [sight, *others], face or FaceSettings(), bare=bare
+    )
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
@@ -103,13 +106,7 @@ def canonical_person(
     long = long_hair(sight.subject, body, sight.camera)
     if long is not None:
         hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
-    asked = (
-        mesh.skin
-        & ~on_parts(parts, *HANDS)
-        & ~laid.around(mesh, at_rest)
-        & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
-        & ~hidden
-    )
+    asked = ~hidden & _dressed(body, rest, laid, bare=bare, ears_shown=covers is False)
     vertices = _displaced(sights, poses, rest, asked, settings, long)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
@@ -123,6 +120,7 @@ def canonical_person(
         "character": "canonical",
         "face": laid.reason,
         "bare_feet": bare,
+        "covered_ears": covers,
         "small_face": laid.small,
         "turned_face": laid.averted,
     } | ({"photos": len(sights), "face_photo": shown} if others else {})
@@ -137,6 +135,15 @@ def canonical_person(
     return dataclasses.replace(
         person, surface=surface, expected_colors=_expected(person, surface), from_body=False
     )
+
+
+def _dressed(body: Body, rest: RestMesh, laid: Laid, *, bare: bool, ears_shown: bool) -> BoolArray:
+    """Return which vertices (V,) cloth or hair may displace: not the face, hands, `bare` feet, tips
+    of shoes, and ears that the photo shows."""
+    mesh, parts = topology(), rest.parts
+    own = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, rest.vertices)
+    own &= ~(on_parts(parts, *FEET) if bare else in_tips(body, rest.vertices, parts))
+    return np.asarray(own & ~(mesh.spread(ears().astype(np.float64)) > 0) if ears_shown else own)
 
 
 def _skirt(
@@ -205,14 +212,14 @@ def _displaced(
 
 def _shod(
     given: Sequence[Sight], face: FaceSettings, *, bare: bool
-) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
-    """Put face and shoes on the body; `bare` feet get no shoes.
+) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray, bool | None]:
+    """Put face and shoes on the body, and lay covered ears flat; `bare` feet get no shoes.
 
     Returns
     -------
     The sights with the head turned as in the photo that shows the face best, the index of that
-    photo, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and shoes:
-    in the pose of every photo, and at rest.
+    photo, its face on the body, Anny's vertices and teeth (13854, 3) with this face and shoes in
+    the pose of every photo and at rest, and whether hair covers the ears (`ears_covered`).
     """
     sights, shown = list(given), face_of([sight.subject for sight in given])
     faced = sights[shown]
@@ -225,7 +232,8 @@ def _shod(
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(sights[shown].body, rest, bare=bare)
+    covers = ears_covered(sights[shown].subject, posed, sights[shown].camera)
+    shod = in_shoes(sights[shown].body, flat_ears(rest) if covers else rest, bare=bare)
     own = posed + np.einsum("vab,vb->va", turns, shod - rest)
     return (
         sights,
@@ -236,6 +244,7 @@ def _shod(
             for number, sight in enumerate(sights)
         ],
         shod,
+        covers,
     )
 
 

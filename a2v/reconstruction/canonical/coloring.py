@@ -52,6 +52,7 @@ def canvas_of(
         atlas=layout(size, hanging, hairy=bool(strands.any())),
         agreement=part_agreement(surface, parts, subject, camera.flat, clues=clues),
         hands=clues.tone(subject.image),
+        gloved=clues.gloves is not None,
         loose=clues.loose,
         strands=np.where(strands, strand_numbers(len(parts)), -1) if strands.any() else None,
     )

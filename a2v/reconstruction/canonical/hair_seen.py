@@ -10,8 +10,10 @@ from a2v.reconstruction.limbs_seen import lit_skin
 from a2v.reconstruction.palettes import clustered_colors, palette_distance
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
-_SHADE = np.array([0.35, 1.0, 1.0])
+SHADE = np.array([0.35, 1.0, 1.0])
 """Weights of lightness, a and b: hair shines, and lies in its own shadow."""
+_BLUR = 0.004
+"""Blur of the photo, meters."""
 _CENTERS = 4
 """Number of typical colors of the hair, and of the clothes."""
 _SHARE = 0.06
@@ -74,11 +76,38 @@ class HairSeen:
         return np.asarray(self.pixels[np.clip(row, 0, high - 1), np.clip(column, 0, wide - 1)])
 
 
-def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
-    """Find long hair; None if the photo does not clearly show it.
+@dataclass(frozen=True, eq=False)
+class HeadColors:
+    """Colors around a head in the photo.
 
-    The colors above the forehead are those of the hair. Long hair is connected to them, and
-    reaches along the neck down to the shoulders, where short hair leaves the background visible.
+    Attributes
+    ----------
+    lab : (H, W, 3) float64
+        The blurred photo, CIELAB.
+    face : (478, 2) float64
+        Landmarks of the face, pixels.
+    outside : (H, W) bool
+        Pixels of the person outside the face.
+    from_skin : (H, W) float64
+        Distance from the skin of the face, CIELAB units, weighted by `SHADE`.
+    crown : (H, W) bool
+        Pixels of hair, or of a hat, above the forehead.
+    """
+
+    lab: FloatArray
+    face: FloatArray
+    outside: BoolArray
+    from_skin: FloatArray
+    crown: BoolArray
+
+
+def head_colors(
+    subject: Subject, scale: float, *, blur: float, middle: float | None = None
+) -> HeadColors | None:
+    """Return the colors around a head; None if the photo does not show the skin of its face.
+
+    `scale` is in pixels per meter, `blur` in meters. The crown lies around the column `middle`;
+    None: that of the face.
     """
     import cv2
     from skimage.color import rgb2lab
@@ -88,41 +117,60 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     mask = subject.mask > 0.5
     height, width = mask.shape
     lab = np.asarray(
-        rgb2lab(cv2.GaussianBlur(subject.image, (0, 0), max(0.004 * camera.scale, 0.1))), np.float64
+        rgb2lab(cv2.GaussianBlur(subject.image, (0, 0), max(blur * scale, 0.1))), np.float64
     )
     face = subject.face[:, :2].astype(np.float64)
     column, row = np.clip(np.rint(face).astype(np.int64), 0, [width - 1, height - 1]).T
     tone = lit_skin(lab[row, column])
-    place = _Place.of(body, camera, face)
-    if tone is None or not place.upright:
+    if tone is None:
         return None
     rows, columns = np.mgrid[:height, :width]
     hull = np.zeros(mask.shape, np.uint8)
     cv2.fillConvexPoly(hull, cv2.convexHull(face.astype(np.int32)), 1)
     outside = mask & (hull == 0)
-    far_from_skin = np.linalg.norm((lab - tone) * _SHADE, axis=-1)
+    from_skin = np.linalg.norm((lab - tone) * SHADE, axis=-1)
     crown = (
         outside
         & (rows < face[_FOREHEAD, 1])
-        & (np.abs(columns - place.middle) < 0.09 * camera.scale)
-        & (far_from_skin > _ALIKE)
+        & (np.abs(columns - (face[:, 0].mean() if middle is None else middle)) < 0.09 * scale)
+        & (from_skin > _ALIKE)
     )
+    return HeadColors(lab, face, outside, from_skin, crown)
+
+
+def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
+    """Find long hair; None if the photo does not clearly show it.
+
+    The colors above the forehead are those of the hair. Long hair is connected to them, and
+    reaches along the neck down to the shoulders, where short hair leaves the background visible.
+    """
+    import cv2
+
+    if subject.face is None:
+        return None
+    place = _Place.of(body, camera, subject.face[:, :2].astype(np.float64))
+    seen = head_colors(subject, camera.scale, blur=_BLUR, middle=place.middle)
+    if seen is None or not place.upright:
+        return None
+    lab, outside, crown, mask = seen.lab, seen.outside, seen.crown, subject.mask > 0.5
+    far_from_skin = seen.from_skin
+    rows, columns = np.mgrid[: mask.shape[0], : mask.shape[1]]
     if crown.sum() < _FEW:
         return None
-    hair = _typical(lab[crown])
-    like = palette_distance(lab, hair, _SHADE)
+    hair = typical_colors(lab[crown])
+    like = palette_distance(lab, hair, SHADE)
     cloth = outside & (rows > place.shoulder + 0.06 * camera.scale)
     cloth &= (rows < place.shoulder + 0.3 * camera.scale) & (
         np.abs(columns - place.middle) < 0.13 * camera.scale
     )
     found = outside & (like < _ALIKE) & (like < _SKIN * far_from_skin)
     found &= rows < place.chin + _BELOW * camera.scale
-    clothes = _typical(lab[cloth]) if cloth.sum() > _FEW else np.zeros((0, 3))
+    clothes = typical_colors(lab[cloth]) if cloth.sum() > _FEW else np.zeros((0, 3))
     # hair on the chest gives typical colors of "clothes", too
-    clothes = clothes[palette_distance(clothes, hair, _SHADE) > _ALIKE] if len(clothes) else clothes
+    clothes = clothes[palette_distance(clothes, hair, SHADE) > _ALIKE] if len(clothes) else clothes
     like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
     if len(clothes):
-        found &= (like < palette_distance(lab, clothes, _SHADE)) | (rows < place.chin)
+        found &= (like < palette_distance(lab, clothes, SHADE)) | (rows < place.chin)
     if like_cloth:
         found &= rows < place.shoulder - _TO_SHOULDER * camera.scale
     kernel = np.ones((3, 3), np.uint8)
@@ -189,8 +237,8 @@ def _ends_free(found: BoolArray, bare: BoolArray, place: _Place, camera: Camera)
     return bool(len(columns) and bare[below, columns].mean() > _FREE)
 
 
-def _typical(lab: FloatArray) -> FloatArray:
+def typical_colors(lab: FloatArray) -> FloatArray:
     """Typical colors (n, 3) of CIELAB colors (N, 3)."""
     if len(lab) < 4 * _CENTERS or lab.std(axis=0).max() < 0.5:
         return np.asarray(np.median(lab, axis=0)[None])
-    return clustered_colors(lab, _CENTERS, shade=_SHADE, share=_SHARE, rounds=10)
+    return clustered_colors(lab, _CENTERS, shade=SHADE, share=_SHARE, rounds=10)

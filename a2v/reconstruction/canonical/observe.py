@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import PART_NEIGHBORS, PARTS
+from a2v.body.parts import PART_NEIGHBORS, PARTS, on_parts
 from a2v.geometry.mesh import evened, face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.vectors import unit
@@ -35,6 +35,11 @@ _AGREE = 0.25
 _FOREIGN = (0.8, 0.012)
 """A hit counts if the nearest skin of another limb is farther away than the first value times the
 hit's own distance plus the second value, meters, so that the limbs do not touch there."""
+_GROWN = tuple(("torso", f"{side}_upper_arm") for side in ("left", "right"))
+"""Parts that grow into each other and also touch in the photo: a hanging arm lies on the trunk."""
+_APART = 0.02
+"""Skin of such a part is another limb's if it is farther away at rest than in the photo by this
+distance, meters."""
 _UNSEEN = 0.35
 """Weight of a displacement that the photo does not show, which only the network predicts."""
 _EVENED = 2
@@ -129,6 +134,7 @@ def observe(
     least = _FOREIGN[0] * np.abs(offset[good]) + _FOREIGN[1]
     most = 1.001 * float(least.max(initial=_FOREIGN[1]))
     good[good] = _foreign(places[good], skin, mesh.parts, own[good], most) > least
+    good[good] = ~_touching(places[good], skin, mesh, own[good], np.abs(offset[good]))
     good &= _of_person(places, view)
     seen = _seen(scene, places, met, view.camera)
     found, weight = np.zeros(len(skin)), np.zeros(len(skin))
@@ -158,6 +164,28 @@ def _foreign(
             found = tree.query(places[asked], distance_upper_bound=most, workers=thread_count())[0]
             beyond[asked] = np.minimum(beyond[asked], found)
     return beyond
+
+
+def _touching(
+    places: FloatArray, skin: FloatArray, mesh: RestMesh, own: IntArray, reach: FloatArray
+) -> BoolArray:
+    """Return for which vertices `own` (n,), displaced by `reach` (n,) to `places` (n, 3), trunk and
+    arm touch there. Skin near the armpit is near in every pose and does not count."""
+    from scipy.spatial import cKDTree
+
+    result = np.zeros(len(own), bool)
+    for pair in _GROWN:
+        for mine, other in (pair, pair[::-1]):
+            asked = np.flatnonzero(on_parts(mesh.parts[own], mine))
+            beside = np.flatnonzero(on_parts(mesh.parts, other))
+            if not (len(asked) and len(beside)):
+                continue
+            away, near = cKDTree(skin[beside]).query(places[asked], workers=thread_count())
+            at_rest = mesh.vertices[beside[near]] - mesh.vertices[own[asked]]
+            result[asked] |= (away < _FOREIGN[0] * reach[asked] + _FOREIGN[1]) & (
+                np.linalg.norm(at_rest, axis=1) > away + _APART
+            )
+    return result
 
 
 def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Camera) -> BoolArray:

@@ -29,10 +29,10 @@ from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import in_tips
-from a2v.reconstruction.canvas import _Palettes, strangers
-from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
+from a2v.reconstruction.canvas import Clues, _Palettes, strangers
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, gloves
 from a2v.reconstruction.surroundings import like_surroundings
-from a2v.types import Body, Reconstruction
+from a2v.types import Body, BoolArray, Reconstruction
 from tests.support.faces import CAMERA, photographed
 from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
@@ -197,6 +197,68 @@ def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None
         is None
     )
     assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms, 2) is None
+
+
+GLOVE, TONE, ROOM = (30, 34, 44), (210, 160, 130), (150, 170, 190)
+
+
+def _gloved(
+    left: tuple[int, int, int], right: tuple[int, int, int], *, at: int = 60, other: int = 180
+) -> tuple[BoolArray | None, BoolArray]:
+    """`gloves` of a picture of 200 pixels per meter with hands in two colors; the trunk begins at
+    the columns 100 to 160, the hands at `at` and `other`. Also the pixels (h, w) of the left hand."""
+    image = np.full((400, 400, 3), ROOM, np.uint8)
+    face = np.zeros((478, 3), np.float32)
+    face[:, :2] = (260, 60)
+    image[20:100, 210:310] = TONE
+    shown = np.full((200, 200), -1)
+    shown[60:150, 100:160] = PARTS.index("torso")
+    arms = np.zeros((len(PARTS), 200, 200), bool)
+    for name, column, color in (("left", at, left), ("right", other, right)):
+        place = np.s_[120:130, column : column + 10]
+        shown[place], arms[PARTS.index(f"{name}_hand")][place] = PARTS.index(f"{name}_hand"), True
+        image[240:260, 2 * column : 2 * column + 20] = color
+    subject = dataclasses.replace(
+        blank_subject(400, face=face), image=image, mask=np.ones((400, 400), np.float32)
+    )
+    return gloves(subject, arms, shown, 200.0, 2), arms[PARTS.index("left_hand")]
+
+
+def test_hands_without_any_skin_wear_gloves() -> None:
+    worn, hand = _gloved(GLOVE, GLOVE)
+    assert worn is not None
+    assert worn[hand].all()
+    assert worn.mean() < 0.01
+
+
+def test_bare_hands_wear_no_gloves() -> None:
+    shadow = (120, 80, 62)  # skin
+    assert _gloved(TONE, TONE)[0] is None
+    assert _gloved(shadow, shadow)[0] is None
+    assert _gloved(GLOVE, TONE)[0] is None  # of two hands one is bare
+
+
+def test_a_hand_beside_the_trunk_shows_no_glove() -> None:
+    assert _gloved(GLOVE, GLOVE, at=89, other=161)[0] is None
+
+
+def test_gloves_give_the_only_pixels_and_the_tone_of_both_hands() -> None:
+    worn, hand = _gloved(GLOVE, GLOVE)
+    assert worn is not None
+    arms = np.zeros((len(PARTS), *worn.shape), bool)
+    arms[PARTS.index("left_hand")] = hand
+    clues = Clues(
+        np.zeros_like(worn), arms, np.zeros(len(PARTS), bool), None, np.zeros(1, bool), worn
+    )
+    within = clues.within(PARTS.index("right_hand"))
+    assert within is not None
+    np.testing.assert_array_equal(within, worn)
+    assert clues.within(PARTS.index("torso")) is None
+    image = np.full((400, 400, 3), ROOM, np.uint8)
+    image[240:260, 120:140] = GLOVE
+    tone = clues.tone(image)
+    assert tone is not None
+    np.testing.assert_allclose(tone * 255, GLOVE, atol=1)
 
 
 def test_an_arm_that_is_fitted_wrongly_is_where_its_landmarks_are(body: Body) -> None:

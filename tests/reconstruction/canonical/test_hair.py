@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
-import cv2
 import numpy as np
 import pytest
 
-from a2v.body.parts import PARTS, on_parts
+from a2v.body.parts import PARTS
 from a2v.geometry.mesh import is_closed, vertex_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
 from a2v.reconstruction.backs.seen import HAIR
@@ -27,52 +26,17 @@ from a2v.reconstruction.canonical.strands import COLUMNS
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.tones import combed
-from a2v.types import Body, BoolArray, FloatArray, Standing, Subject
+from a2v.types import Body, FloatArray, Standing, Subject
 from tests.support.bodies import with_turned_limb
-from tests.support.faces import CAMERA, photographed
+from tests.support.faces import BLACK, CAMERA, GREEN, with_hair
 from tests.support.surfaces import coated
 
-SKIN, BLACK, GREEN = (205, 150, 120), (32, 26, 24), (40, 130, 70)
 COUNT = 2 * ROWS * COLUMNS
-
-
-def _with_hair(body: Body, down: float, *, cloth: tuple[int, int, int] = GREEN) -> Subject:
-    """A person whose black hair hangs beside the neck to the height `down`, meters from the chin
-    (negative: below it)."""
-    subject = photographed(body)
-    assert subject.face is not None
-    image = np.full_like(subject.image, 230)
-    mask = np.zeros(image.shape[:2], np.uint8)
-
-    def silhouette(*names: str) -> BoolArray:
-        drawn = np.zeros(mask.shape, np.uint8)
-        points = CAMERA.project(body.vertices.astype(np.float64)).astype(np.int32)
-        faces = body.faces[on_parts(body.parts, *names)[body.faces].all(axis=1)]
-        for corners in points[faces]:
-            cv2.fillConvexPoly(drawn, corners, 1)
-        return drawn > 0
-
-    every = silhouette(*PARTS)
-    image[every], mask[every] = cloth, 1
-    bare = silhouette("head", "neck")
-    image[bare] = SKIN
-    face = subject.face[:, :2].astype(np.int32)
-    chin = int(face[152, 1] - down * CAMERA.scale)
-    crown, middle = np.nonzero(bare)[0].min(), int(face[:, 0].mean())
-    hair = np.zeros(mask.shape, bool)
-    width = int(0.11 * CAMERA.scale)
-    hair[crown - 10 : chin, middle - width : middle + width] = True
-    hull = np.zeros(mask.shape, np.uint8)
-    cv2.fillConvexPoly(hull, cv2.convexHull(face), 1)
-    hair &= (hull == 0) & ~(silhouette("neck"))
-    image[hair], mask[hair] = BLACK, 1
-    image[hull > 0] = SKIN
-    return dataclasses.replace(subject, image=image, mask=mask.astype(subject.mask.dtype))
 
 
 @pytest.fixture(scope="module")
 def photo(body: Body) -> Subject:
-    return _with_hair(body, -0.07)
+    return with_hair(body, -0.07)
 
 
 def test_hair_beside_the_neck_is_long(body: Body, photo: Subject) -> None:
@@ -87,13 +51,13 @@ def test_hair_beside_the_neck_is_long(body: Body, photo: Subject) -> None:
 def test_short_hair_dark_clothes_and_an_unseen_face_give_no_long_hair(
     body: Body, photo: Subject
 ) -> None:
-    assert long_hair(_with_hair(body, 0.05), body, CAMERA) is None  # to the lips
-    assert long_hair(_with_hair(body, 0.05, cloth=BLACK), body, CAMERA) is None
+    assert long_hair(with_hair(body, 0.05), body, CAMERA) is None  # to the lips
+    assert long_hair(with_hair(body, 0.05, cloth=BLACK), body, CAMERA) is None
     assert long_hair(dataclasses.replace(photo, face=None), body, CAMERA) is None
 
 
 def test_on_clothes_of_its_color_hair_is_seen_down_to_the_shoulders_alone(body: Body) -> None:
-    seen = long_hair(_with_hair(body, -0.07, cloth=BLACK), body, CAMERA)
+    seen = long_hair(with_hair(body, -0.07, cloth=BLACK), body, CAMERA)
     assert seen is not None
     assert seen.like_cloth
     shoulder = body.bone_transforms[body.bone_names.index("upperarm01.L"), :3, 3]

@@ -330,9 +330,10 @@ def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys
     assert not (tmp_path / "page.html").exists()
 
 
-def test_a_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
+def test_each_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
     from a2v.formats.bvh import write_bvh
     from a2v.lab.datasets import load_dataset
+    from a2v.lab.motion.baselines import NAMES
     from a2v.lab.motion.baselines.training import BaselineSettings, train_baseline
     from tests.support.motions import waving
 
@@ -342,14 +343,17 @@ def test_a_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bvh(path, clips.motion(index))
     data = tmp_path / "data"
-    settings = BaselineSettings(
-        name="condgru", iterations=2, batch_size=4, width=0.1, threads=1, device="cpu"
-    )
-    train_baseline(load_dataset("bvh", data), tmp_path / "condgru", settings=settings)
-    given = ["--model", str(tmp_path / "condgru" / "baseline.pt"), "--frames", "8"]
+    given = ["--frames", "8"]
+    for name in NAMES:
+        settings = BaselineSettings(
+            name=name, iterations=2, batch_size=4, width=0.1, threads=1, device="cpu"
+        )
+        train_baseline(load_dataset("bvh", data), tmp_path / name, settings=settings)
+        given = ["--model", str(tmp_path / name / "baseline.pt"), *given]
     asked = ["--dataset", "bvh", "--data", str(data)]
-    assert main(["survey", *given, *asked, "--out", str(tmp_path / "rows.png")]) == 0
-    assert (tmp_path / "rows.png").read_bytes()[1:4] == b"PNG"
+    assert main(["survey", *given, *asked, "--out", str(tmp_path / "rows.svg")]) == 0
+    shown = (tmp_path / "rows.svg").read_text(encoding="utf-8")
+    assert all(part in shown for name in NAMES for part in name.split("-"))
     assert main(["survey", *given, "--action", "slow", "--out", str(tmp_path / "rows.png")]) == 2
     assert "give --dataset and --data" in capsys.readouterr().err
     assert main(["motion", *given[:2], "--action", "slow", "--out", str(tmp_path / "x.npz")]) == 2

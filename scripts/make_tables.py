@@ -90,9 +90,9 @@ _FAST = "--batch-size 32 --learning-rate 5e-4"
 _BASELINES = (
     ("condgru", "--batch-size 32 --learning-rate 1e-3", 800, 600, 400),
     ("two-stage-gan", _FAST, 1200, 1200, 1000),
-    ("act-mocogan", _FAST, 6000, 1500, 350),
+    ("act-mocogan", _FAST, 6000, 1500, 2500),
     ("dancing2music", "--batch-size 16 --learning-rate 5e-4", 3000, 3000, 3000),
-    ("latent-transition", _FAST, 3000, 2000, 600),
+    ("latent-transition", _FAST, 3000, 2000, 1500),
 )
 TRAININGS = (
     Training("plain", "humanact12-fine", f"{_VAE} --vae.decoder plain --iterations 4000"),

@@ -117,6 +117,16 @@ def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float 
     return matrix
 
 
+def uniform_weights(faces: IntArray, count: int) -> Any:
+    """Return the symmetric sparse matrix (V, V) of edge weights of a mesh with `count` vertices:
+    one half for each face at the edge."""
+    from scipy.sparse import coo_matrix
+
+    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    ends = np.concatenate([one, two]), np.concatenate([two, one])
+    return coo_matrix((np.full(2 * len(one), 0.5), ends), shape=(count, count))
+
+
 def laplacian(weights: Any) -> Any:
     """Return the positive semi-definite Laplacian (V, V) of a symmetric weight matrix."""
     from scipy.sparse import diags

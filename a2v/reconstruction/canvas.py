@@ -193,9 +193,10 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
     """Evidence from a photo and its fitted body."""
     height, width = (side // STEP for side in subject.mask.shape)
     arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
-    worn = gloves(subject, arms, body_shown(body, subject, camera), camera.scale / STEP, STEP)
+    shown = body_shown(body, subject, camera)
+    worn = gloves(subject, arms, shown, camera.scale / STEP, STEP)
     return Clues(
-        surroundings_taken(body, subject, camera),
+        surroundings_taken(subject, shown, camera),
         arms,
         better,
         bare_hands(subject, arms, STEP) if worn is None else None,
@@ -204,10 +205,9 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
     )
 
 
-def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:
+def surroundings_taken(subject: Subject, shown: IntArray, camera: Camera) -> BoolArray:
     """Return the pixels (h, w), every `STEP`-th, of the person's mask that show the background or
-    held objects."""
-    shown = body_shown(body, subject, camera)
+    held objects; `shown` (h, w) is that of `body_shown`."""
     scale = camera.scale / STEP
     return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
 

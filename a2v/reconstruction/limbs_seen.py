@@ -144,7 +144,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
             known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
     tones = [tone for tone in known if tone is not None]
-    like = np.any([np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE for tone in tones], axis=0)
+    like = np.any([_like(lab, tone) for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
         own = arms[PARTS.index(f"{side}_hand")]
         if (
@@ -182,20 +182,18 @@ def gloves(
     if found is None:
         return None
     lab, tone = found
-    mask = cv2.resize(
-        np.asarray(subject.mask, np.float32), shown.shape[::-1], interpolation=cv2.INTER_AREA
-    )
+    mask = _inside(subject, shown.shape)
     hue = np.degrees(np.arctan2(lab[..., 2], lab[..., 1]))
-    skin = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
+    skin = _like(lab, tone)
     skin |= (hue > _WARM[0]) & (hue < _WARM[1]) & (np.hypot(lab[..., 1], lab[..., 2]) > _CHROMA)
     worn = np.zeros(shown.shape, bool)
     for number, side in enumerate(("left", "right")):
         hand, arm = (PARTS.index(f"{side}_{name}") for name in ("hand", "lower_arm"))
-        own = (shown == hand) & arms[hand] & (mask > 0.9)
+        own = (shown == hand) & arms[hand] & mask
         if own.sum() >= _FEW_OF_HAND[1] and skin[own].mean() > _NOT_BARE:
             return None
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
-            told = arms[hand] & (mask > 0.9)
+            told = arms[hand] & mask
         else:
             other = (shown >= 0) & (shown != hand) & (shown != arm)
             away = cv2.distanceTransform((~other).astype(np.uint8), cv2.DIST_L2, 5) / scale
@@ -206,7 +204,7 @@ def gloves(
             worn |= told
     if not worn.any():
         return None
-    like = np.linalg.norm((lab - np.median(lab[worn], axis=0)) * _HUE, axis=-1) < _LIKE
+    like = _like(lab, np.median(lab[worn], axis=0))
     return like if like[worn].mean() > _ONE_COLOR else None
 
 
@@ -220,17 +218,12 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
     shown : (h, w) int
         Part that the posed body shows on every `step`-th pixel; -1 for none.
     """
-    import cv2
-
     found = _photo_and_skin(subject, shown.shape, step)
     if found is None:
         return False
     lab, tone = found
-    like = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
-    mask = (
-        cv2.resize(subject.mask.astype(np.float32), shown.shape[::-1], interpolation=cv2.INTER_AREA)
-        > 0.9
-    )
+    like = _like(lab, tone)
+    mask = _inside(subject, shown.shape)
     seen = 0
     for side, letter in (("left", ".L"), ("right", ".R")):
         ankle = body.bone_transforms[body.bone_names.index(f"foot{letter}"), :3, 3]
@@ -276,6 +269,19 @@ def _photo_and_skin(
     column, row = (subject.face[:, :2] / step).astype(np.int64).T
     tone = lit_skin(lab[np.clip(row, 0, shape[0] - 1), np.clip(column, 0, shape[1] - 1)])
     return None if tone is None else (lab, tone)
+
+
+def _inside(subject: Subject, shape: tuple[int, ...]) -> BoolArray:
+    """Pixels (h, w) of a smaller picture that lie inside of the person's mask."""
+    import cv2
+
+    small = cv2.resize(subject.mask.astype(np.float32), shape[::-1], interpolation=cv2.INTER_AREA)
+    return np.asarray(small > 0.9)
+
+
+def _like(lab: FloatArray, tone: FloatArray) -> BoolArray:
+    """Which colors (..., 3), CIELAB, are like a tone (3,), in any light."""
+    return np.asarray(np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE)
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:

@@ -12,6 +12,7 @@ from a2v.geometry.mesh import (
     evened,
     factored,
     laplacian,
+    uniform_weights,
     within,
 )
 
@@ -56,3 +57,12 @@ def test_rings_average_a_vertex_with_its_neighbors() -> None:
     assert once[4] == np.average(values[middle], weights=weight)
     assert np.array_equal(twice, Rings(faces, 9).evened(once))
     assert np.array_equal(twice, evened(faces, values, 2))
+
+
+def test_uniform_weights_count_the_faces_at_each_edge() -> None:
+    weights = uniform_weights(np.array([[0, 1, 2], [1, 3, 2]]), 5).toarray()
+    expected = np.zeros((5, 5))
+    for one, two in ((0, 1), (0, 2), (1, 3), (2, 3)):
+        expected[one, two] = expected[two, one] = 0.5
+    expected[1, 2] = expected[2, 1] = 1.0
+    np.testing.assert_array_equal(weights, expected)

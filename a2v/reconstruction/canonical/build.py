@@ -264,7 +264,8 @@ def _observed(
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
         bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
-        view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
+        shown = body_shown(sight.body, sight.subject, sight.camera)
+        view = View(sight.camera, surroundings_taken(sight.subject, shown, sight.camera))
         seen.append(observe(sight.person.surface, rest, skin, asked, near=near, view=view))
         certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
     return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])

@@ -9,7 +9,7 @@ import numpy as np
 from a2v.body.face import SKIN, teeth
 from a2v.body.parts import PARTS
 from a2v.body.registry import load_body_model
-from a2v.geometry.mesh import factored, laplacian, vertex_normals
+from a2v.geometry.mesh import factored, laplacian, uniform_weights, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.reconstruction.canonical.hair_seen import SHADE, head_colors, typical_colors
 from a2v.reconstruction.palettes import palette_distance
@@ -78,15 +78,10 @@ def ears_covered(subject: Subject, posed: FloatArray, camera: Camera) -> bool | 
 def flat_ears(rest: FloatArray) -> FloatArray:
     """Lay the ears of Anny's vertices and teeth (13854, 3) at rest flat: a smooth surface between
     the skin around them."""
-    from scipy.sparse import coo_matrix
-
     own = np.flatnonzero(ears())
     faces = load_body_model("anny").faces.astype(np.int64)
     faces = faces[faces.max(axis=1) < SKIN.stop]
-    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    ends = np.concatenate([one, two]), np.concatenate([two, one])
-    edges = coo_matrix((np.full(2 * len(one), 0.5), ends), shape=(SKIN.stop, SKIN.stop))
-    plate = laplacian(edges)
+    plate = laplacian(uniform_weights(faces, SKIN.stop))
     fixed = np.setdiff1d(np.arange(SKIN.stop), own)
     result = rest.copy()
     result[own] = factored(plate[own][:, own].tocsc()).solve(-(plate[own][:, fixed] @ rest[fixed]))

@@ -7,7 +7,7 @@ import numpy as np
 
 from a2v.body.face import SKIN
 from a2v.body.parts import PARTS, on_parts
-from a2v.geometry.mesh import Rings, evened, laplacian
+from a2v.geometry.mesh import Rings, evened, laplacian, uniform_weights
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.types import Body, BoolArray, FloatArray, IntArray
@@ -110,7 +110,7 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
     Toes first shrink to a stub, which a ray from the middle meets once. On the hull the vertices
     are then spread evenly.
     """
-    from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse import diags, identity
     from scipy.sparse.linalg import spsolve
     from scipy.spatial import ConvexHull
 
@@ -119,12 +119,8 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
     corners = rest[ahead]
     middle = np.array([*corners[:, :2].mean(axis=0), corners[:, 2].min()])
     lengths = -(hull.equations[:, :3] @ middle + hull.equations[:, 3])
-    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    edges = coo_matrix(
-        (np.full(2 * len(one), 0.5), (np.concatenate([one, two]), np.concatenate([two, one]))),
-        shape=(len(rest), len(rest)),
-    )
-    system = identity(len(rest)) + diags(_STUB * share**2) @ laplacian(edges)
+    smooth = laplacian(uniform_weights(faces, len(rest)))
+    system = identity(len(rest)) + diags(_STUB * share**2) @ smooth
     points, rings = np.asarray(spsolve(system.tocsc(), rest)), Rings(faces, len(rest))
     placed = np.array(rest)
     for _ in range(_SPREAD):

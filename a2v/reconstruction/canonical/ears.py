@@ -57,8 +57,7 @@ def ears_covered(subject: Subject, posed: FloatArray, camera: Camera) -> bool | 
     posed : (13854, 3)
         Anny's vertices and teeth in the pose of the photo, with the face of the photo.
     """
-    found = head_colors(subject, camera.scale, blur=_BLUR)
-    if found is None:
+    if subject.face is None:
         return None
     column, row = np.floor(camera.project(posed[_visible(posed, camera)])).astype(np.int64).T
     height, width = subject.mask.shape
@@ -66,6 +65,9 @@ def ears_covered(subject: Subject, posed: FloatArray, camera: Camera) -> bool | 
     own = subject.mask[row, column] > 0.5
     row, column = row[own], column[own]
     if len(row) < _FEW:
+        return None
+    found = head_colors(subject, camera.scale, rows=int(row.max()) + 1, blur=_BLUR)
+    if found is None:
         return None
     if found.crown.sum() < _FEW:
         return False

@@ -26,6 +26,8 @@ _FEW = 40
 """Smallest number of pixels on the crown."""
 _BELOW = 0.33
 """Largest distance of hair below the chin, meters."""
+_CLOTH = (0.06, 0.3)
+"""Range below the shoulder joints in which the trunk shows the colors of the clothes, meters."""
 _BESIDE = (0.035, 0.17)
 """Range beside the middle of the neck in which hair hangs, meters."""
 _FROM_CHIN = 0.02
@@ -78,19 +80,19 @@ class HairSeen:
 
 @dataclass(frozen=True, eq=False)
 class HeadColors:
-    """Colors around a head in the photo.
+    """Colors around a head in the upper h rows of the photo.
 
     Attributes
     ----------
-    lab : (H, W, 3) float64
+    lab : (h, W, 3) float64
         The blurred photo, CIELAB.
     face : (478, 2) float64
         Landmarks of the face, pixels.
-    outside : (H, W) bool
+    outside : (h, W) bool
         Pixels of the person outside the face.
-    from_skin : (H, W) float64
+    from_skin : (h, W) float64
         Distance from the skin of the face, CIELAB units, weighted by `SHADE`.
-    crown : (H, W) bool
+    crown : (h, W) bool
         Pixels of hair, or of a hat, above the forehead.
     """
 
@@ -102,9 +104,12 @@ class HeadColors:
 
 
 def head_colors(
-    subject: Subject, scale: float, *, blur: float, middle: float | None = None
+    subject: Subject, scale: float, *, rows: int, blur: float, middle: float | None = None
 ) -> HeadColors | None:
     """Return the colors around a head; None if the photo does not show the skin of its face.
+
+    They are those of the upper `rows` rows of the photo, and of more if the face ends below. The
+    colors of the whole photo would be the same there, and take several times as long.
 
     `scale` is in pixels per meter, `blur` in meters. The crown lies around the column `middle`;
     None: that of the face.
@@ -114,24 +119,25 @@ def head_colors(
 
     if subject.face is None:
         return None
-    mask = subject.mask > 0.5
-    height, width = mask.shape
-    lab = np.asarray(
-        rgb2lab(cv2.GaussianBlur(subject.image, (0, 0), max(blur * scale, 0.1))), np.float64
-    )
+    height, width = subject.mask.shape
     face = subject.face[:, :2].astype(np.float64)
     column, row = np.clip(np.rint(face).astype(np.int64), 0, [width - 1, height - 1]).T
+    rows = min(max(rows, int(row.max()) + 1), height)
+    mask, sigma = subject.mask[:rows] > 0.5, max(blur * scale, 0.1)
+    # the blur reads the rows within four deviations
+    image = subject.image[: rows + int(np.ceil(4 * sigma)) + 1]
+    lab = np.asarray(rgb2lab(cv2.GaussianBlur(image, (0, 0), sigma)[:rows]), np.float64)
     tone = lit_skin(lab[row, column])
     if tone is None:
         return None
-    rows, columns = np.mgrid[:height, :width]
+    row, columns = np.ogrid[:rows, :width]
     hull = np.zeros(mask.shape, np.uint8)
     cv2.fillConvexPoly(hull, cv2.convexHull(face.astype(np.int32)), 1)
     outside = mask & (hull == 0)
     from_skin = np.linalg.norm((lab - tone) * SHADE, axis=-1)
     crown = (
         outside
-        & (rows < face[_FOREHEAD, 1])
+        & (row < face[_FOREHEAD, 1])
         & (np.abs(columns - (face[:, 0].mean() if middle is None else middle)) < 0.09 * scale)
         & (from_skin > _ALIKE)
     )
@@ -149,18 +155,27 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     if subject.face is None:
         return None
     place = _Place.of(body, camera, subject.face[:, :2].astype(np.float64))
-    seen = head_colors(subject, camera.scale, blur=_BLUR, middle=place.middle)
-    if seen is None or not place.upright:
+    if not place.upright:
         return None
-    lab, outside, crown, mask = seen.lab, seen.outside, seen.crown, subject.mask > 0.5
-    far_from_skin = seen.from_skin
-    rows, columns = np.mgrid[: mask.shape[0], : mask.shape[1]]
+    lowest = max(place.chin + _BELOW * camera.scale, place.shoulder + _CLOTH[1] * camera.scale)
+    seen = head_colors(
+        subject,
+        camera.scale,
+        rows=max(int(np.ceil(lowest + _UNDER * camera.scale)) + 2, 1),
+        blur=_BLUR,
+        middle=place.middle,
+    )
+    if seen is None:
+        return None
+    lab, outside, crown = seen.lab, seen.outside, seen.crown
+    mask, far_from_skin = subject.mask[: len(lab)] > 0.5, seen.from_skin
+    rows, columns = np.ogrid[: mask.shape[0], : mask.shape[1]]
     if crown.sum() < _FEW:
         return None
     hair = typical_colors(lab[crown])
     like = palette_distance(lab, hair, SHADE)
-    cloth = outside & (rows > place.shoulder + 0.06 * camera.scale)
-    cloth &= (rows < place.shoulder + 0.3 * camera.scale) & (
+    cloth = outside & (rows > place.shoulder + _CLOTH[0] * camera.scale)
+    cloth &= (rows < place.shoulder + _CLOTH[1] * camera.scale) & (
         np.abs(columns - place.middle) < 0.13 * camera.scale
     )
     found = outside & (like < _ALIKE) & (like < _SKIN * far_from_skin)
@@ -181,7 +196,9 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     if not _reaches_down(found, place, camera):
         return None
     bare = ~mask | (far_from_skin < _ALIKE)
-    return HairSeen(found, like_cloth, _ends_free(found, bare, place, camera))
+    pixels = np.zeros(subject.mask.shape, bool)
+    pixels[: len(found)] = found
+    return HairSeen(pixels, like_cloth, _ends_free(found, bare, place, camera))
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from a2v.reconstruction.canonical.hair import (
     hair_twins,
     strand_numbers,
 )
-from a2v.reconstruction.canonical.hair_seen import long_hair
+from a2v.reconstruction.canonical.hair_seen import head_colors, long_hair
 from a2v.reconstruction.canonical.strands import COLUMNS
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas
@@ -167,3 +167,17 @@ def test_unseen_strands_have_the_tone_of_the_visible_ones_and_streaks() -> None:
     short = dataclasses.replace(canvas, strands=None)
     assert (combed(base, known, short, labels) == base).all()
     assert (short.owners == PARTS.index("head")).all()
+
+
+def test_colors_of_the_upper_rows_are_those_of_the_whole_photo(photo: Subject) -> None:
+    noise = np.random.default_rng(0).integers(0, 256, photo.image.shape)
+    photo = dataclasses.replace(photo, image=(photo.image // 2 + noise // 2).astype(np.uint8))
+    whole = head_colors(photo, CAMERA.scale, rows=len(photo.image), blur=0.004)
+    some = head_colors(photo, CAMERA.scale, rows=len(photo.image) // 3, blur=0.004)
+    assert whole is not None
+    assert some is not None
+    assert len(some.lab) == len(photo.image) // 3
+    assert np.abs(whole.lab[: len(some.lab)] - some.lab).max() < 1e-9
+    assert (whole.outside[: len(some.lab)] == some.outside).all()
+    assert (whole.crown[: len(some.lab)] == some.crown).all()
+    assert not whole.crown[len(some.lab) :].any()

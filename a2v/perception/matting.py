@@ -47,6 +47,13 @@ def refine_mask(
     return keep_soft(_matte(image, cut, reach=max(2.0, 0.35 * band * height)))
 
 
+def load_pymatting() -> None:
+    """Import pymatting, without the warning of numba about its threads."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import pymatting  # noqa: F401
+
+
 def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> BoolArray:
     import cv2
 
@@ -109,9 +116,8 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     """
     import cv2
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numba remarks on its threading layer
-        from pymatting import cf_laplacian, cg, ichol
+    load_pymatting()
+    from pymatting import cf_laplacian, cg, ichol
 
     depth_in = cv2.distanceTransform(cut.astype(np.uint8), cv2.DIST_L2, 5)
     depth_out = cv2.distanceTransform((~cut).astype(np.uint8), cv2.DIST_L2, 5)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import AbstractContextManager
 
+from a2v.beside import loading_beside
 from a2v.errors import InputError
 from a2v.perception import Corrections, PerceptionSettings
 from a2v.types import Subject
@@ -56,15 +58,31 @@ def found_in(
         )
     )
     try:
-        found = find_person(
-            pixels,
-            mask=given_mask,
-            keypoints=given_keypoints,
-            settings=perception,
-            corrections=corrections,
-        )
+        with _loading_what_follows():
+            found = find_person(
+                pixels,
+                mask=given_mask,
+                keypoints=given_keypoints,
+                settings=perception,
+                corrections=corrections,
+            )
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:
         note(warning)
     return dataclasses.replace(found, focal_length=focal_length(data))
+
+
+def _loading_what_follows() -> AbstractContextManager[None]:
+    """Import what matting and the fit of the body need while the detectors run: 2 s of imports.
+
+    pymeshlab is not among them: loaded in a thread beside mediapipe, it corrupted the heap.
+    """
+    from a2v.geometry.rays import load_open3d
+    from a2v.perception.matting import load_pymatting
+
+    def load_fit() -> None:
+        import scipy.optimize
+        import torch  # noqa: F401
+
+    return loading_beside(load_pymatting, load_fit, load_open3d)

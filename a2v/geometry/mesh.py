@@ -39,8 +39,10 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
     weights. The result is bit by bit that of a sum over an axis of (n, 3, K), but takes half the
     time.
     """
-    first, second, third = (values[corner[:, k]] * weight[:, k] for k in range(3))
-    return np.asarray(first + second + third)
+    total, *others = (np.take(values, corner[:, k], axis=0) * weight[:, k] for k in range(3))
+    for one in others:
+        total += one
+    return np.asarray(total)
 
 
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:

@@ -77,17 +77,12 @@ def signed_distance(
 
     Within `EXACT` cells it is exact; farther away it is interpolated from every second node.
     """
-    from scipy.ndimage import binary_dilation, binary_erosion
-
     inside = winding_inside(vertices, faces, grid)
     limit = np.float32(band * grid.cell)
     far = _from_coarser(vertices, faces, grid, band) if band > EXACT else limit
     field = np.where(inside, -far, far).astype(np.float32)
-    block = np.ones((3, 3, 3), bool)  # including diagonals
     reach = min(band, EXACT)
-    near = binary_dilation(inside, block, iterations=reach) & ~binary_erosion(
-        inside, block, iterations=reach
-    )
+    near = _spread(inside, reach) & _spread(~inside, reach, border=True)
     nodes = np.argwhere(near)
     points = (grid.origin + grid.cell * nodes).astype(np.float32)
     distance = ray_scene(vertices, faces, threads=0).compute_distance(points).numpy()
@@ -95,6 +90,23 @@ def signed_distance(
     where = tuple(nodes.T)
     field[where] = np.where(inside[where], -distance, distance)
     return field
+
+
+def _spread(chosen: BoolArray, reach: int, *, border: bool = False) -> BoolArray:
+    """Return which nodes (nx, ny, nz) have a `chosen` one within `reach` nodes along each axis.
+
+    `border` says whether nodes outside of the grid are chosen.
+    """
+    for axis in range(3):
+        before = np.moveaxis(chosen, axis, 0)
+        chosen = chosen.copy()
+        after = np.moveaxis(chosen, axis, 0)
+        for step in range(1, reach + 1):
+            after[step:] |= before[:-step]
+            after[:-step] |= before[step:]
+        if border:
+            after[:reach] = after[-reach:] = True
+    return chosen
 
 
 def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:

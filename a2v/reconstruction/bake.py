@@ -51,13 +51,16 @@ def bake(
         else Borders.between(continued.labels, faces, colors, photo.known)
     )
 
+    kinds = None if paint is None else paint.kinds[faces].max(axis=1)
+
     def fill(top: int) -> None:
         """Color the rows of the texture from `top` on; each band writes only its own rows."""
         rows, columns = np.nonzero(atlas.face[top : top + BAND] >= 0)
         if not len(rows):
             return
         rows = rows + top
-        corner = faces[atlas.face[rows, columns]]
+        face = atlas.face[rows, columns]
+        corner = faces[face]
         weight = atlas.barycentric[rows, columns][..., None]
         point, normal = within(vertices, corner, weight), within(normals, corner, weight)
         pixels = photo.camera.project(point)
@@ -66,8 +69,8 @@ def bake(
         if photo.canvas is not None:
             trust *= photo.canvas.agrees(pixels, photo.canvas.owners[strongest])[:, None]
         trust, beyond, mirrored = of_other_half(photo, mesh, corner, weight, trust)
-        if paint is not None:
-            kind = paint.kinds[corner].max(axis=1)
+        if kinds is not None:
+            kind = kinds[face]
             eye = kind == EYE
             trust = np.where(kind == 0, trust[:, 0], eye)[:, None]
             beyond[kind > 0] = 0.0

@@ -6,6 +6,7 @@ Vertices are too far apart for that.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +63,8 @@ class Borders:
         """Colors (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3,
         1)."""
         share = within(self.shares, corner, weight)
-        first = share.max(axis=1, keepdims=True)
+        # several times as fast as the maximum over an axis of a few
+        first = functools.reduce(np.maximum, share.T)[:, None]
         part = np.clip(1 - (first - share) / _SOFT, 0, 1)
         part /= part.sum(axis=1, keepdims=True)
         result = np.zeros((len(corner), 3))

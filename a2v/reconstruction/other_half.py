@@ -44,7 +44,7 @@ def of_other_half(
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
     own = (
-        np.flatnonzero(on_parts(photo.canvas.parts[corner], *HEAD).all(axis=1))
+        np.flatnonzero(_all_of(on_parts(photo.canvas.parts, *HEAD), corner))
         if photo.canvas is not None
         else np.zeros(0, np.int64)
     )
@@ -61,3 +61,9 @@ def of_other_half(
     worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)
     kept[own, 0] *= 1 - worse * beyond[own, 0]
     return kept, beyond, colors
+
+
+def _all_of(chosen: BoolArray, corner: IntArray) -> BoolArray:
+    """Return whether all vertices of `corner` (n, 3) are `chosen` (V,)."""
+    first, second, third = (chosen[corner[:, k]] for k in range(3))
+    return np.asarray(first & second & third)

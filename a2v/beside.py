@@ -1,4 +1,4 @@
-"""Load libraries in a thread, while this one waits for native code."""
+"""Load libraries and tables in a thread, while this one waits for native code."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 
 @contextlib.contextmanager
 def loading_beside(*loaders: Callable[[], object]) -> Iterator[None]:
-    """Call the `loaders`, each of which imports a library, one after the other beside the block.
+    """Call the `loaders`, each of which imports a library or keeps a table, one after the other
+    beside the block.
 
-    Imports mostly wait for files and run Python; a block that mostly runs native code hardly
-    becomes slower by them. When the block ends, the current loader is waited for, and the next ones
-    are not called. A loader that fails is ignored: who needs the library imports it again, and
-    reports why it fails.
+    A block that mostly runs native code hardly becomes slower by them. When the block ends, the
+    current loader is waited for, and the next ones are not called. A loader that fails is ignored:
+    who needs what it loads, loads it again, and reports why that fails.
     """
     ended = threading.Event()
 

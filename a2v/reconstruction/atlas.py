@@ -19,7 +19,7 @@ _RIGHT = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 
 _DENSITY = np.array([1.0, 0.7, 0.7, 0.7, 0.7, 0.6])  # the front has the resolution of the photo
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Atlas:
     """The position of each triangle in the texture.
 

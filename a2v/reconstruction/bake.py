@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -145,6 +146,12 @@ class PaddedAtlas:
         spots = row[lone], column[lone]
         filled[spots] = True
         return cls(atlas, missed[lone], spots, nearest_known(filled))
+
+
+@functools.lru_cache(maxsize=1)
+def padded_layout(atlas: Atlas) -> PaddedAtlas:
+    """Pad a layout that many people share (`PaddedAtlas.of`), once for all of them."""
+    return PaddedAtlas.of(atlas)
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:

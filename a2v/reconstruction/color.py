@@ -17,7 +17,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
 from a2v.reconstruction.backs.seen import HANDS
-from a2v.reconstruction.bake import PaddedAtlas, bake
+from a2v.reconstruction.bake import PaddedAtlas, bake, padded_layout
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_like, skin_of_hands
 from a2v.reconstruction.colored import ColoredMesh
@@ -390,8 +390,6 @@ def _atlas(
     size: int,
 ) -> PaddedAtlas:
     """The layout of the texture."""
-    return PaddedAtlas.of(
-        make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
-        if canvas is None
-        else canvas.atlas
-    )
+    if canvas is not None:
+        return padded_layout(canvas.atlas)
+    return PaddedAtlas.of(make_atlas(vertices, faces, size=size, density=1.5 * camera.scale))

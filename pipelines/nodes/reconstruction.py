@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 
+from a2v.beside import loading_beside
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings, Sight
@@ -23,13 +25,15 @@ def surface(
 ) -> Ref[Reconstruction]:
     """Reconstruct the person with clothes and hair; the settings' type selects the backend."""
     from a2v.reconstruction.backends import reconstruct
+    from a2v.reconstruction.canonical.coloring import load_layout
 
     camera = get(photo_camera, PhotoCamera)
-    return put(
-        reconstruct(
+    # the remeshing uses one core; the other one prepares the texture of the usual person and size
+    with loading_beside(functools.partial(load_layout, ColorSettings().texture)):
+        person = reconstruct(
             get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()
         )
-    )
+    return put(person)
 
 
 @memo()

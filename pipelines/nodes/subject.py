@@ -82,7 +82,7 @@ def _loading_what_follows() -> AbstractContextManager[None]:
     from a2v.perception.matting import load_pymatting
 
     def load_fit() -> None:
-        import scipy.optimize
+        import scipy.optimize  # noqa: F401
         import torch  # noqa: F401
 
     return loading_beside(load_pymatting, load_fit, load_open3d)

@@ -12,6 +12,7 @@ from a2v.body.parts import PARTS
 from a2v.body.spots import spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
 from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
@@ -125,6 +126,12 @@ def layout(size: int, hanging: int = 0, *, hairy: bool = False) -> Atlas:
         uv = np.concatenate([body_layout(uv, height), *strips])
     face, barycentric = texels(uv.astype(np.float64) * size, size)
     return Atlas(uv, size, face, barycentric, float(size))
+
+
+def load_layout(size: int) -> None:
+    """Compute ahead what the textures of `size` texels per side of most canonical people share:
+    the layout without skirt and long hair, which takes half a second."""
+    padded_layout(layout(size))
 
 
 def body_layout(uv: FloatArray, share: float) -> FloatArray:

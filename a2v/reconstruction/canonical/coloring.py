@@ -112,10 +112,14 @@ def _in_pose_of(surface: Surface, sight: Sight, *, first: bool) -> Surface:
     return dataclasses.replace(surface, vertices=sight.camera.flatten(vertices))
 
 
-@functools.lru_cache(maxsize=2)
 def layout(size: int, hanging: int = 0, *, hairy: bool = False) -> Atlas:
     """MakeHuman's texture layout on `size` texels per side, above the strips of a skirt with
     `hanging` vertices (0: no strip) and, if `hairy`, of long hair."""
+    return _layout(size, hanging, hairy)  # the cache tells apart how a call is written
+
+
+@functools.lru_cache(maxsize=2)
+def _layout(size: int, hanging: int, hairy: bool) -> Atlas:
     uv, strips, height = topology().uv, [], 0.0
     if hanging:
         strips, height = [skirt_layout(hanging)], SKIRT_SHARE

@@ -11,9 +11,10 @@ from a2v.body.parts import PARTS
 from a2v.geometry.mesh import is_closed, vertex_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
 from a2v.reconstruction.backs.seen import HAIR
+from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.build import posed_vertices
-from a2v.reconstruction.canonical.coloring import layout
+from a2v.reconstruction.canonical.coloring import layout, load_layout
 from a2v.reconstruction.canonical.hair import (
     ROWS,
     hair_faces,
@@ -181,3 +182,11 @@ def test_colors_of_the_upper_rows_are_those_of_the_whole_photo(photo: Subject) -
     assert (whole.outside[: len(some.lab)] == some.outside).all()
     assert (whole.crown[: len(some.lab)] == some.crown).all()
     assert not whole.crown[len(some.lab) :].any()
+
+
+def test_a_loaded_layout_is_the_one_of_people_without_layers() -> None:
+    load_layout(64)
+    made = padded_layout.cache_info().misses
+    atlas = layout(64, 0, hairy=False)
+    assert padded_layout(atlas).atlas is atlas
+    assert padded_layout.cache_info().misses == made

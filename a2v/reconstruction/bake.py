@@ -46,11 +46,7 @@ def bake(
     size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
     normals, colors = mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
-    borders = (
-        None
-        if photo.canvas is None or continued is None
-        else Borders.between(continued.labels, faces, colors, photo.known)
-    )
+    borders = _borders(mesh, photo, continued)
 
     kinds = None if paint is None else paint.kinds[faces].max(axis=1)
 
@@ -146,6 +142,15 @@ class PaddedAtlas:
         spots = row[lone], column[lone]
         filled[spots] = True
         return cls(atlas, missed[lone], spots, nearest_known(filled))
+
+
+def _borders(
+    mesh: ColoredMesh, photo: PhotoProjection, continued: Continuation | None
+) -> Borders | None:
+    """The borders between the materials of a canonical person; None for others."""
+    if photo.canvas is None or continued is None:
+        return None
+    return Borders.between(continued.labels, mesh.faces, mesh.colors, photo.known)
 
 
 @functools.lru_cache(maxsize=1)

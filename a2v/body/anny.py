@@ -180,7 +180,8 @@ class AnnyModel(BodyModel):
         """Return template and blend shapes of some vertices."""
 
         def chosen() -> tuple[Tensor, Tensor]:
-            return self._template[vertex_ids].to(dtype), self._blendshapes[:, vertex_ids].to(dtype)
+            blendshapes = self._blendshapes.index_select(1, vertex_ids)
+            return self._template[vertex_ids].to(dtype), blendshapes.to(dtype)
 
         return keep_recent(self._subsets, (vertex_ids.numpy().tobytes(), dtype), chosen)
 

@@ -17,9 +17,15 @@ from a2v.geometry.sewing import sew
 from a2v.reconstruction import FaceSettings, add_face
 from a2v.reconstruction.face.bends import Bend
 from a2v.reconstruction.face.build import _facing, _posed
-from a2v.reconstruction.face.colors import face_paint
+from a2v.reconstruction.face.colors import _eyeballs, _with_eyeballs, face_paint
 from a2v.reconstruction.face.patch import face_patch
-from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
+from a2v.reconstruction.face.places import (
+    LEFT_EYE,
+    LEFT_IRIS,
+    RIGHT_EYE,
+    RIGHT_IRIS,
+    placing_points,
+)
 from a2v.types import Body, Character, Face, Reconstruction, Surface
 from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
@@ -344,3 +350,18 @@ def test_eyes_behind_dark_lenses_stay_dark(made: Surface, face: Face) -> None:
     assert (
         teeth.max(axis=0)[0] > 0.6 > teeth.min(axis=0)[0]
     )  # front teeth are bright, those that lie deep are not
+
+
+def test_eyeballs_in_a_window_are_those_in_the_whole_photo() -> None:
+    generator = np.random.default_rng(0)
+    photo = generator.random((700, 500, 3)).astype(np.float32)
+    points = np.full((478, 2), [250.0, 300.0])
+    around = [(0, 0), (6, 0), (0, 6), (-6, 0), (0, -6)]
+    for opening, iris, column in ((RIGHT_EYE, RIGHT_IRIS, 215.0), (LEFT_EYE, LEFT_IRIS, 285.0)):
+        turn = np.pi + np.arange(len(opening)) * 2 * np.pi / len(opening)
+        rim = np.stack([20 * np.cos(turn), 8 * np.sin(turn)], axis=1)
+        points[list(opening)] = rim + [column, 300]
+        points[list(iris)] = [[column + u, 300 + v] for u, v in around]
+    found, whole = _eyeballs(photo, points, 0.9), _with_eyeballs(photo, points, 0.9)
+    assert np.abs(found - whole).max() < 1e-5
+    assert (np.abs(found - photo).max(axis=2) > 0.05).sum() > 100

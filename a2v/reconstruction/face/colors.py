@@ -102,10 +102,24 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
 
 def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:
     """The photo with the whites and irises of both eyes extended beyond their lids."""
+    made = np.array(photo, np.float32)
+    eyes = points[[*RIGHT_EYE, *RIGHT_IRIS, *LEFT_EYE, *LEFT_IRIS]]
+    # nothing farther than three widths of the eyes from them changes
+    reach = 3 * float(np.ptp(eyes, axis=0).max()) + 8
+    low = np.maximum(np.floor(eyes.min(axis=0) - reach), 0).astype(np.int64)
+    high = np.maximum(np.ceil(eyes.max(axis=0) + reach), 0).astype(np.int64)
+    window = (slice(low[1], high[1]), slice(low[0], high[0]))
+    if made[window].size:
+        made[window] = _with_eyeballs(made[window], points - low, light)
+    return made
+
+
+def _with_eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:
+    """`_eyeballs` in a window of the photo around the eyes."""
     import cv2
 
+    made = photo
     height, width = photo.shape[:2]
-    made = np.array(photo, np.float32)
     columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     for opening, iris in ((RIGHT_EYE, RIGHT_IRIS), (LEFT_EYE, LEFT_IRIS)):
         corners = points[list(opening)]

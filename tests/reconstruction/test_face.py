@@ -360,7 +360,7 @@ def test_eyeballs_in_a_window_are_those_in_the_whole_photo() -> None:
     for opening, iris, column in ((RIGHT_EYE, RIGHT_IRIS, 215.0), (LEFT_EYE, LEFT_IRIS, 285.0)):
         turn = np.pi + np.arange(len(opening)) * 2 * np.pi / len(opening)
         rim = np.stack([20 * np.cos(turn), 8 * np.sin(turn)], axis=1)
-        points[list(opening)] = rim + [column, 300]
+        points[list(opening)] = rim + np.array([column, 300])
         points[list(iris)] = [[column + u, 300 + v] for u, v in around]
     found, whole = _eyeballs(photo, points, 0.9), _with_eyeballs(photo, points, 0.9)
     assert np.abs(found - whole).max() < 1e-5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
+import importlib
 from collections.abc import Sequence
 
 from a2v.beside import loading_beside
@@ -25,15 +25,20 @@ def surface(
 ) -> Ref[Reconstruction]:
     """Reconstruct the person with clothes and hair; the settings' type selects the backend."""
     from a2v.reconstruction.backends import reconstruct
-    from a2v.reconstruction.canonical.coloring import load_layout
 
     camera = get(photo_camera, PhotoCamera)
     # the remeshing uses one core; the other one prepares the texture of the usual person and size
-    with loading_beside(functools.partial(load_layout, ColorSettings().texture)):
+    with loading_beside(_load_layout):
         person = reconstruct(
             get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()
         )
     return put(person)
+
+
+def _load_layout() -> None:
+    # By its name: the surface does not depend on this module, so an edit of it shall not make the
+    # surface new.
+    importlib.import_module("a2v.reconstruction.canonical.coloring").load_layout()
 
 
 @memo()

@@ -132,7 +132,7 @@ def _layout(size: int, hanging: int, hairy: bool) -> Atlas:
     return Atlas(uv, size, face, barycentric, float(size))
 
 
-def load_layout(size: int) -> None:
+def load_layout(size: int = ColorSettings.texture) -> None:
     """Compute ahead what the textures of `size` texels per side of most canonical people share:
     the layout without skirt and long hair, which takes half a second."""
     padded_layout(layout(size))

@@ -2,8 +2,8 @@
 
 Without arguments the commands are listed with the tables that they make. `a2v evaluate` keeps the
 rows of a table's JSON file that have the same weights, data and protocol, so a second run is quick
-and a stopped run can resume. ``--trainings`` lists the commands that train the weights of all rows
-that are not shipped; ``--model`` adds such weights to a table.
+and a stopped run can resume. ``--trainings`` lists the commands that train the fine VAEs and the
+rows that are not shipped; ``--model`` adds such weights to a table.
 """
 
 from __future__ import annotations
@@ -43,16 +43,19 @@ class Table:
         ]
 
 
-VAES = ("humanact12-plain", "humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")
+DECODERS = ("plain", "lie", "glmi-m", "glmi-r")
 TABLES = (
     Table(
         "humanact12",
         "journal 1, conference 1: HumanAct12, both protocols",
         "humanact12",
-        ("humanact12", *VAES),
+        ("humanact12", *(f"humanact12-{decoder}" for decoder in DECODERS)),
     ),
     Table(
-        "humanact12_fine", "journal 1: its 34 fine actions", "humanact12-fine", ("humanact12-fine",)
+        "humanact12_fine",
+        "journal 1: its 34 fine actions",
+        "humanact12-fine",
+        ("humanact12-fine", *(f"humanact12-fine-{decoder}" for decoder in DECODERS)),
     ),
     Table(
         "cmu",
@@ -66,7 +69,7 @@ TABLES = (
 
 @dataclass(frozen=True)
 class Training:
-    """The training of a row whose weights are not shipped: `words` follow `a2v train`, and all
+    """The training of a fine VAE, or of a row whose weights are not shipped: `words` follow `a2v train`, and all
     seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
 
     name: str
@@ -90,9 +93,9 @@ _FAST = "--batch-size 32 --learning-rate 5e-4"
 _BASELINES = (
     ("condgru", "--batch-size 32 --learning-rate 1e-3", 800, 600, 400),
     ("two-stage-gan", _FAST, 1200, 1200, 1000),
-    ("act-mocogan", _FAST, 6000, 1500, 2500),
+    ("act-mocogan", _FAST, 6000, 6000, 6000),
     ("dancing2music", "--batch-size 16 --learning-rate 5e-4", 3000, 3000, 3000),
-    ("latent-transition", _FAST, 3000, 2000, 1500),
+    ("latent-transition", _FAST, 3000, 2000, 3000),
 )
 TRAININGS = (
     Training("plain", "humanact12-fine", f"{_VAE} --vae.decoder plain --iterations 4000"),
@@ -139,7 +142,7 @@ def main() -> int:
     parser.add_argument(
         "--trainings",
         action="store_true",
-        help="list the trainings of the rows whose weights are not shipped",
+        help="list the trainings of the fine VAEs and of the rows whose weights are not shipped",
     )
     options = parser.parse_args()
     if options.trainings:

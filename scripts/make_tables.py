@@ -69,8 +69,8 @@ TABLES = (
 
 @dataclass(frozen=True)
 class Training:
-    """The training of a fine VAE, or of a row whose weights are not shipped: `words` follow `a2v train`, and all
-    seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
+    """The training of a fine VAE, or of a row whose weights are not shipped: `words` follow
+    `a2v train`, and all seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
 
     name: str
     dataset: str

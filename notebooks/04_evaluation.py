@@ -135,7 +135,7 @@ plt.loglog(sizes, [fid(pool_features[:size], pool_features[-size:]) for size in 
 plt.gca().set(xlabel="clips", ylabel="FID", title="recorded clips against other recorded clips")
 
 # %% [markdown]
-# ## Why real clips score 2.3 when actions are drawn alike
+# ## Why real clips score 2 when actions are drawn alike
 # The published evaluation keeps the real clips' frequencies, and samples every action of the model
 # equally often. The data have many clips of some actions and few of others. If $\pi_a$ is the share
 # of action $a$, the cloud's mean is $\sum_a \pi_a\mu_a$: other shares, another mean and another
@@ -178,8 +178,8 @@ plt.gca().set(
 print("FID of real clips by share:", dict(zip(shares, np.round(values, 2).tolist(), strict=True)))
 
 # %% [markdown]
-# Nothing was generated here, but the FID at the right is about two (2.3 with 3,000 clips). In the
-# tables that row is called *real, drawn alike*. It is no lower limit: a model that makes rare
+# Nothing was generated here, but the FID at the right is about two (2.04 with 3,000 clips, the mean
+# of 20 draws). In the tables that row is called *real, drawn alike*. It is no lower limit: a model that makes rare
 # actions look like frequent ones can score less. So rows of the two protocols must not be compared,
 # and every table names its protocol.
 #

@@ -40,8 +40,8 @@ class EvaluationSettings:
     labels : "data" or "uniform"
         Actions of the generated clips: as frequent as in the data, or all equally frequent, as in
         the published evaluation. Real clips always keep the data's frequencies. So under "uniform"
-        even real motions with equally frequent actions have an FID of 2.3 on HumanAct12 (0.5
-        fine-grained, 3.3 on CMU); a separate row shows it. Do not compare rows of the two
+        even real motions with equally frequent actions have an FID of 2.0 on HumanAct12 (0.5
+        fine-grained, 3.7 on CMU); a separate row shows it. Do not compare rows of the two
         protocols.
     state : "random" or "zeros"
         First state of the classifier's GRU: random, as in the papers, or zeros, which makes the

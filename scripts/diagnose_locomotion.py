@@ -2,10 +2,13 @@
 
     python scripts/diagnose_locomotion.py --data ../shared/data --actions Jump,Walk
     python scripts/diagnose_locomotion.py --data ../shared/data --run runs/cmu --actions Jump,Walk
+    python scripts/diagnose_locomotion.py --data ../shared/data --dataset humanact12-fine \\
+        --run runs/humanact12-fine-lie --actions alike --clips 2000
 
 The first form exchanges parts of recorded and generated clips of a shipped model. With --run, a
 training's checkpoint generates from latents of its prior, of its posterior on recordings, and of
-the posterior's residuals of other recordings, exchanged every few frames. Results are in
+the posterior's residuals of other recordings, exchanged every few frames. ``--actions alike`` takes
+all actions, drawn alike, and compares with recordings as in the data. Results are in
 docs/research/motion-vae.md.
 """
 
@@ -20,16 +23,16 @@ import torch
 from scipy.ndimage import uniform_filter1d
 
 from a2v.lab.checkpoints import read_checkpoint
-from a2v.lab.datasets import ActionDataset, ClipSampler, load_cmu
+from a2v.lab.datasets import ActionDataset, ClipSampler, load_dataset
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
-from a2v.lab.evaluation.metrics import accuracy, fid
+from a2v.lab.evaluation.metrics import accuracy, fid, multimodality
 from a2v.lab.evaluation.sources import generator_of
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import MotionModel
-from a2v.types import FloatArray
+from a2v.types import FloatArray, IntArray
+from pipelines.lab.evaluate import EVALUATORS
 
-CLASSIFIER = "evaluators/action_recognition_model_mocap_new.tar"
 Score = Callable[[str, FloatArray], None]
 
 
@@ -64,36 +67,81 @@ def exchange_parts(real: FloatArray, made: FloatArray, score: Score) -> None:
     score("generated, a mean over 5 frames", uniform_filter1d(made, 5, axis=1, mode="nearest"))
 
 
-@torch.no_grad()
+class Latents:
+    """A decoder that runs on its own poses, for recorded windows (N, T, J, 3) with their actions
+    (N,) and bone lengths (N, J)."""
+
+    @torch.no_grad()
+    def __init__(
+        self, model: MotionVAE, own: ActionDataset, real: FloatArray, labels: IntArray,
+        bones: FloatArray,
+    ) -> None:  # fmt: skip
+        self._model, self._frame = model, own.frame
+        self._lengths = torch.from_numpy(bones)
+        one_hot = torch.eye(model.n_actions)[torch.from_numpy(labels)]
+        self._actions = one_hot[:, None].expand(-1, real.shape[1], -1)
+        size = (*real.shape[:2], model.settings.latent_size)
+        noise = torch.randn(size, generator=torch.Generator().manual_seed(0))
+        self.noise: FloatArray = noise.numpy()
+        free = torch.zeros(len(real), dtype=torch.bool)
+        result = model.reconstruct(torch.from_numpy(real), one_hot, self._lengths, noise, free)
+        latent = result.posterior_mean + torch.exp(0.5 * result.posterior_logvar) * noise
+        self.posterior: FloatArray = own.frame.flip(result.pose.joints.numpy())
+        residual = (latent - result.prior_mean) / torch.exp(0.5 * result.prior_logvar)
+        self.residual: FloatArray = residual.numpy()
+
+    @torch.no_grad()
+    def made(self, draws: FloatArray) -> FloatArray:
+        """Native clips from draws (N, T, Z) in units of the prior."""
+        drawn = torch.from_numpy(np.asarray(draws, np.float32))
+        pose = self._model.sample(self._actions, self._lengths, drawn)
+        return self._frame.flip(pose.joints.numpy())
+
+
 def exchange_latents(
     model: MotionVAE, own: ActionDataset, label: int, score: Score, clips: int
 ) -> None:
     """Score clips of one decoder from latents of different sources."""
     real, _, bones = ClipSampler(own, own.length).batch(clips, np.random.default_rng(1))
-    joints, lengths = torch.from_numpy(real), torch.from_numpy(bones)
-    actions = torch.zeros(clips, model.n_actions)
-    actions[:, label] = 1
-    size = (clips, own.length, model.settings.latent_size)
-    noise = torch.randn(size, generator=torch.Generator().manual_seed(0))
-    free = torch.zeros(clips, dtype=torch.bool)
-    result = model.reconstruct(joints, actions, lengths, noise, free)
-    latent = result.posterior_mean + torch.exp(0.5 * result.posterior_logvar) * noise
-    residual = ((latent - result.prior_mean) / torch.exp(0.5 * result.prior_logvar)).numpy()
-
-    def made(draws: FloatArray) -> FloatArray:
-        every = actions[:, None].expand(-1, own.length, -1)
-        drawn = torch.from_numpy(np.asarray(draws, np.float32))
-        return own.frame.flip(model.sample(every, lengths, drawn).joints.numpy())
-
-    score("latents of the prior", made(noise.numpy()))
-    score("latents of the posterior", own.frame.flip(result.pose.joints.numpy()))
+    latents = Latents(model, own, real, np.full(clips, label), bones)
+    residual = latents.residual
+    score("latents of the prior", latents.made(latents.noise))
+    score("latents of the posterior", latents.posterior)
     others = np.random.default_rng(0)
     for frames in (1, 5, 25, 50):
         mixed = np.empty_like(residual)
         for start in range(0, own.length, frames):
             part = slice(start, start + frames)
             mixed[:, part] = residual[others.integers(0, clips, clips), part]
-        score(f"residuals of another recording every {frames} frames", made(mixed))
+        score(f"residuals of another recording every {frames} frames", latents.made(mixed))
+
+
+def compare_alike(
+    model: MotionVAE, dataset: ActionDataset, evaluator: Evaluator, clips: int
+) -> None:
+    """Print the measures of recordings, and of one decoder's clips from latents of the posterior
+    and of the prior, all with actions drawn alike, beside recordings as in the data."""
+    batches = {
+        balance: ClipSampler(dataset, dataset.length, balance=balance).batch(
+            clips, np.random.default_rng([1, int(balance)])
+        )
+        for balance in (0.0, 1.0)
+    }
+    reference = evaluator(dataset.frame.flip(batches[0.0][0]))[0]
+    real, labels, bones = batches[1.0]
+    latents = Latents(model, dataset, real, labels, bones)
+    print(f"{'source, actions alike':28s} FID  accuracy  multimodality")
+    for name, native in (
+        ("recordings", dataset.frame.flip(real)),
+        ("latents of the posterior", latents.posterior),
+        ("latents of the prior", latents.made(latents.noise)),
+    ):
+        features, found = evaluator((native - native[:, :1, :1]).astype(np.float32))
+        spread = multimodality(features, labels, np.random.default_rng(2))
+        print(
+            f"{name:28s} {fid(reference, features):.2f}  {accuracy(found, labels):.3f}  "
+            f"{spread:.2f}"
+        )
 
 
 def scorer(own: ActionDataset, evaluator: Evaluator, label: int, clips: int) -> Score:
@@ -129,14 +177,23 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    parser.add_argument("--dataset", choices=EVALUATORS, default="cmu")
     parser.add_argument("--model", default="cmu-glmi-m", help="a shipped or exported model")
     parser.add_argument("--run", type=Path, help="folder of a training: its checkpoint.pt")
-    parser.add_argument("--actions", default="Jump,Walk")
+    parser.add_argument(
+        "--actions", default="Jump,Walk", help="names separated by commas, or alike (with --run)"
+    )
     parser.add_argument("--clips", type=int, default=500)
     arguments = parser.parse_args()
-    dataset, evaluator = load_cmu(arguments.data), load_evaluator(arguments.data / CLASSIFIER)
+    dataset = load_dataset(arguments.dataset, arguments.data)
+    evaluator = load_evaluator(arguments.data / "evaluators" / EVALUATORS[arguments.dataset])
     shipped = None if arguments.run else MotionModel.load(arguments.model)
     trained = load_trained(arguments.run / "checkpoint.pt", dataset) if arguments.run else None
+    if arguments.actions == "alike":
+        if trained is None:
+            parser.error("--actions alike needs --run: an exported model has no posterior")
+        compare_alike(trained, dataset, evaluator, arguments.clips)
+        return
     for action in arguments.actions.split(","):
         label = dataset.actions.index(action)
         own = dataset.subset(np.flatnonzero(dataset.labels == label).tolist())

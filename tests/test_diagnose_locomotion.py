@@ -1,4 +1,4 @@
-"""The exchange of parts of clips in scripts/diagnose_locomotion.py."""
+"""The exchange of parts of clips, and of latents, in scripts/diagnose_locomotion.py."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
+
+from a2v.lab.datasets import ClipSampler
+from a2v.lab.motion.networks import VAESettings
+from a2v.lab.motion.vae import MotionVAE
+from tests.support.motions import waving
 
 PATH = Path(__file__).resolve().parents[1] / "scripts" / "diagnose_locomotion.py"
 
@@ -39,3 +45,30 @@ def test_poses_and_roots_of_two_sets_are_exchanged(script, clips):
     assert script.without_root(mixed) == pytest.approx(script.without_root(made), abs=1e-5)
     mixed = seen["recorded poses, generated roots"]
     assert mixed[:, :, 0] == pytest.approx(made[:, :, 0], abs=1e-5)
+
+
+def test_a_decoder_goes_its_own_way_from_the_latents_that_it_is_given(script):
+    data = waving()
+    torch.manual_seed(0)
+    model = MotionVAE(data.skeleton, len(data.actions), VAESettings(decoder="glmi-m")).eval()
+    clips, labels, bones = ClipSampler(data, 12).batch(4, np.random.default_rng(0))
+    latents = script.Latents(model, data, clips, labels, bones)
+    # the posterior's latents in units of the prior give the posterior's clips
+    assert latents.made(latents.residual) == pytest.approx(latents.posterior, abs=1e-4)
+    assert np.abs(latents.made(latents.noise) - latents.posterior).max() > 1e-3
+
+
+def test_actions_alike_are_measured_for_recordings_and_both_sources(script, capsys):
+    data = waving()
+    model = MotionVAE(data.skeleton, len(data.actions), VAESettings(decoder="lie")).eval()
+
+    def evaluator(clips):
+        return clips.reshape(len(clips), -1)[:, ::40], np.zeros(len(clips), int)
+
+    script.compare_alike(model, data, evaluator, 8)
+    rows = capsys.readouterr().out.splitlines()[1:]
+    assert [row[:28].strip() for row in rows] == [
+        "recordings",
+        "latents of the posterior",
+        "latents of the prior",
+    ]

@@ -165,22 +165,46 @@ axes[1].set_title("bones")
 # + \lambda_r \mathcal L_{\text{reg}} \tag{15}$$
 #
 # The first two rounds leave the surface out. As in the pipeline, the fit starts from the one to the
-# photo. The surface wears clothes, so a distance of about a centimeter is right. Change the weights to see what each term is for: `surface_weight`,
-# `joints_weight` ($\lambda_j$), `prior_weight` ($\lambda_r$).
+# photo. The surface wears clothes, so a distance of about a centimeter is right. Here the three
+# terms are added one after the other. Each bar is a measure of one term: how far the landmarks are
+# off, what Eq. 18 says of the pose, and how far the surface is from the body's nearest vertex.
+# **Turn this:** the weights in `STAGES` (`joints_weight` is $\lambda_j$, `prior_weight`
+# $\lambda_r$; 0 leaves a term out).
 
 # %%
-chosen = FitSettings(rounds=2 if SMALL else 3)
-result = fit_body(subject, surface=surface, camera=camera, settings=chosen, initial=first)
-fitted = result.body
-print(
-    {name: round(value, 4) for name, value in result.residuals.items() if isinstance(value, float)}
-)
-print("terms:", {name: round(value, 1) for name, value in result.residuals["loss"].items()})
 from scipy.spatial import cKDTree
 
-for name, one in (("fitted to the photo", body), ("fitted to the surface", fitted)):
-    gaps = cKDTree(one.vertices).query(surface.vertices)[0]
-    print(f"{name}: the surface lies {100 * gaps.mean():.2f} cm from the body's nearest vertex")
+STAGES = {
+    "joints (16)": {"prior_weight": 0.0, "surface_weight": 0.0},
+    "+ prior (18)": {"surface_weight": 0.0},
+    "+ surface (17)": {},
+}
+fits = {"photo": first}
+for name, weights in STAGES.items():
+    chosen = FitSettings(rounds=2 if SMALL else 3, **weights)
+    fits[name] = fit_body(subject, surface=surface, camera=camera, settings=chosen, initial=first)
+measures = {"landmarks off, % of the height": [], "Eq. 18": [], "surface away, cm": []}
+for one in fits.values():
+    pose = torch.from_numpy(one.body.parameters["angles"].astype(float))[None]
+    gaps = cKDTree(one.body.vertices).query(surface.vertices)[0]
+    values = 100 * one.residuals["keypoint_mean"], likely_pose(pose, prior), 100 * gaps.mean()
+    for own, value in zip(measures.values(), values, strict=True):
+        own.append(float(value))
+figure, axes = plt.subplots(1, 3, figsize=(11, 2.2))
+for ax, (name, own) in zip(axes, measures.items(), strict=True):
+    bars = ax.barh(list(fits), own, color="tab:blue")
+    ax.bar_label(bars, fmt="%.2f", padding=2, fontsize=8)
+    ax.set(title=name, xlim=(0, 1.2 * max(own)))
+    ax.invert_yaxis()
+figure.tight_layout()
+result = fits["+ surface (17)"]
+fitted = result.body
+print("terms:", {name: round(value, 1) for name, value in result.residuals["loss"].items()})
+
+# %% [markdown]
+# Joints alone bring the landmarks closest and do not know of the surface. The prior makes the pose
+# likelier, at little cost. With the surface the body comes nearer to it, and the landmarks pay:
+# detectors and surface do not agree by some millimeters, and $\lambda_j$ decides between them.
 
 # %% [markdown]
 # ## Binding (Eq. 19)
@@ -255,9 +279,11 @@ for ax, azimuth in zip(axes, (0, 60, 180), strict=True):
 # %% [markdown]
 # **Exercise 1.** Bind without body parts: take the nearest vertex of the whole body,
 # `cKDTree(fitted.vertices).query(surface.vertices)[1]`. How many anchors lie in another part, and
-# where? **Exercise 2.** Set `surface_weight=0`. Which of the two printed distances does not change?
+# where? **Exercise 2.** Set `prior_weight` to 2 in the last of the `STAGES`, ten times the paper's
+# $\lambda_r$. Which of the three measures changes?
 #
 # *Answers.* 1: compare `character.parts` with the parts of those anchors: most that differ lie
 # where an arm hangs beside the trunk and between the legs, exactly the places that tear when the
-# person moves. 2: none gets smaller: the body stays where the photo alone puts it, and the joints
-# and the prior do not know about the surface.
+# person moves. 2: hardly any: Eq. 18 falls from 22.8 to 21.9, the landmarks go from .64 to .66 %,
+# and the surface stays at .96 cm. Joints and surface already say which pose it is. The prior is for
+# what they do not show.

@@ -2,8 +2,8 @@
 
 Without arguments the commands are listed with the tables that they make. `a2v evaluate` keeps the
 rows of a table's JSON file that have the same weights, data and protocol, so a second run is quick
-and a stopped run can resume. ``--trainings`` lists the commands that train the fine VAEs and the
-rows that are not shipped; ``--model`` adds such weights to a table.
+and a stopped run can resume. ``--trainings`` lists the commands that train the VAEs that one command
+makes, and the baselines, which are not shipped; ``--model`` adds such weights to a table.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ TABLES = (
         "cmu",
         "journal 2, conference 2: CMU, both protocols; journal 4: Walk and Jump",
         "cmu",
-        ("cmu", "cmu-glmi-m", "cmu-glmi-r"),
+        ("cmu", *(f"cmu-{decoder}" for decoder in DECODERS)),
         ("--actions", "Walk,Jump"),
     ),
 )
@@ -69,7 +69,7 @@ TABLES = (
 
 @dataclass(frozen=True)
 class Training:
-    """The training of a fine VAE, or of a row whose weights are not shipped: `words` follow
+    """The training of a shipped VAE that one command makes, or of a baseline: `words` follow
     `a2v train`, and all seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
 
     name: str
@@ -142,7 +142,7 @@ def main() -> int:
     parser.add_argument(
         "--trainings",
         action="store_true",
-        help="list the trainings of the fine VAEs and of the rows whose weights are not shipped",
+        help="list the trainings of the VAEs that one command makes, and of the baselines",
     )
     options = parser.parse_args()
     if options.trainings:

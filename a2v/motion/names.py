@@ -14,6 +14,8 @@ BUNDLED: Mapping[str, str] = {
     "humanact12-fine": "motion_humanact12_fine.onnx",
     "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
     "cmu-glmi-r": "motion_cmu_glmi_r.onnx",
+    "cmu-lie": "motion_cmu_lie.onnx",
+    "cmu-plain": "motion_cmu_plain.onnx",
     "humanact12-fine-glmi-m": "motion_humanact12_fine_glmi_m.onnx",
     "humanact12-fine-glmi-r": "motion_humanact12_fine_glmi_r.onnx",
     "humanact12-fine-lie": "motion_humanact12_fine_lie.onnx",

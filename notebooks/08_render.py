@@ -156,25 +156,25 @@ checker = (
 )
 checker[..., 2] = 120
 pictures = []
-for background in ("#30506f", "image", "transparent"):
+for background in ("image", "transparent"):  # or a color, such as "#30506f"
     one = Renderer(
         character.surface,
         RenderSettings(size=SIZE, spp=SPP, background=background),
         backdrop=checker,
     )
     pictures.append(one.render(vertices[middle], cameras["left"][middle]))
-shown(pictures, ["#30506f", "image", f"transparent: {pictures[-1].shape[2]} channels"])
+shown(pictures, ["image", f"transparent: {pictures[-1].shape[2]} channels"])
 
 # %% [markdown]
 # ## A turntable
 # `turntable` is a view like the others. Its camera goes once around while the character moves.
 
 # %%
-count = 4 if SMALL else 8
+count = 4 if SMALL else 6
 still = np.repeat(vertices[middle][None], count, axis=0)
 around = follow_cameras(still, RenderSettings(views=("turntable",)))["turntable"]
 frames = [renderer.render(cloud, camera) for cloud, camera in zip(still, around, strict=True)]
-shown(frames[:: count // 4])
+shown(frames)
 clip = file.with_name("turntable.mp4")
 write_video(clip, frames, 6.0)
 display(

@@ -39,7 +39,7 @@ from pipelines.run import run
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
-SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (128, 8, 4)
+SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (128, 6, 4)
 
 store, ready = Store(), load_ready_person()
 character = ready.character
@@ -145,8 +145,8 @@ shown([renderer.render(vertices[middle], track[middle]) for track in tracks.valu
 
 # %% [markdown]
 # ## Backgrounds
-# A color, a picture, or nothing at all: then frames are PNGs with an alpha channel that contains
-# the shadow.
+# Above it was a stage. It can be a color, a picture, or nothing at all: then frames are PNGs with
+# an alpha channel that contains the shadow.
 
 # %%
 checker = (
@@ -156,25 +156,25 @@ checker = (
 )
 checker[..., 2] = 120
 pictures = []
-for background in ("stage", "#30506f", "image", "transparent"):
+for background in ("image", "transparent"):  # or a color, such as "#30506f"
     one = Renderer(
         character.surface,
         RenderSettings(size=SIZE, spp=SPP, background=background),
         backdrop=checker,
     )
     pictures.append(one.render(vertices[middle], cameras["left"][middle]))
-shown(pictures, ["stage", "#30506f", "image", f"transparent: {pictures[-1].shape[2]} channels"])
+shown(pictures, ["image", f"transparent: {pictures[-1].shape[2]} channels"])
 
 # %% [markdown]
 # ## A turntable
 # `turntable` is a view like the others. Its camera goes once around while the character moves.
 
 # %%
-count = 4 if SMALL else 8
+count = 4 if SMALL else 6
 still = np.repeat(vertices[middle][None], count, axis=0)
 around = follow_cameras(still, RenderSettings(views=("turntable",)))["turntable"]
 frames = [renderer.render(cloud, camera) for cloud, camera in zip(still, around, strict=True)]
-shown(frames[:: count // 4])
+shown(frames)
 clip = file.with_name("turntable.mp4")
 write_video(clip, frames, 6.0)
 display(
@@ -196,16 +196,15 @@ display(
 
 # %%
 wished = VideoRequest.of(
-    photo="../a2v/samples/person.jpg", action="Walk", frames=max(FRAMES // 2, 6),
+    photo="../a2v/samples/person.jpg", action="Walk", frames=4, fps=3.0,
     background="photo", from_photo=True, size=96 if SMALL else 128, spp=SPP,
 ).resolve(store)  # fmt: skip
 stepped = run(
     "photo_frame", graph=wished.graph, store=store, executor="serial", overrides=given,
     **wished.parameters,
 )  # fmt: skip
-column = stepped.values["photo_frame"]
-chosen = np.linspace(0, len(column) - 1, 4).astype(int)
-shown([store.get(column[t], Image).pixels[..., :3] for t in chosen], [f"frame {t}" for t in chosen])
+pictures = [store.get(ref, Image).pixels[..., :3] for ref in stepped.values["photo_frame"]]
+shown(pictures, [f"{index / 3:.2f} s" for index in range(len(pictures))])
 
 # %% [markdown]
 # ## Flicker
@@ -215,7 +214,7 @@ shown([store.get(column[t], Image).pixels[..., :3] for t in chosen], [f"frame {t
 # %%
 fixed = CameraPath(name="fixed", azimuth=20, follow=False)
 camera = follow_cameras(vertices, RenderSettings(views=("fixed",)), cameras=(fixed,))["fixed"][0]
-short = vertices[middle : middle + 4] if len(vertices) > 6 else vertices
+short = vertices[-4:]
 stack = np.stack([renderer.render(cloud, camera) for cloud in short]).astype(float)
 steady = stack.std(axis=0).mean(axis=-1)
 moving = np.stack([renderer.mask(cloud, camera) for cloud in short]).max(axis=0) > 0

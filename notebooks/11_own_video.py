@@ -328,11 +328,11 @@ folder.cleanup()
 # right forearm before the fit: subtract `2 * detected` from `points[:, row, 2]` for the rows of the
 # right wrist, pinky, index and thumb. Does the forearm of the fit point backwards?
 #
-# *Answers.* 1: the truth is 3.3 m/s. The fit gives 1.8 m/s with 8, 2.2 with 60 and about .1 with
+# *Answers.* 1: the truth is 3.3 m/s. The fit gives 1.9 m/s with 8, 2.2 with 60 and about .1 with
 # 0.5, which removes the strike. Above 20 hardly anything changes: the rest was lost by the
-# detectors, which see single frames. 2: the distance doubles from 2.5 to 5.6 m and the tilt falls
-# from 10 to 4 degrees, but the error of the joints grows only from 8.6 to 9.7 cm. A video of one
+# detectors, which see single frames. 2: the distance doubles from 2.6 to 5.6 m and the tilt falls
+# from 10 to 4 degrees, but the error of the joints grows only from 8.9 to 9.9 cm. A video of one
 # person hardly shows its own lens. 3: not much. Before and after the strike the forearm lies within
 # a few centimeters of the picture's plane, and in the strike it points forwards as before. There
 # the elbow would have to bend backwards, and limits and prior cost more than the wrong depth: the
-# sum `seen` rises from about 390 to 550, and the error only from 8.6 to 9.1 cm.
+# sum `seen` rises from about 390 to 550, and the error only from 8.9 to 9.1 cm.

@@ -21,6 +21,7 @@ from a2v.body import (
     load_body_model,
     make_body,
 )
+from a2v.body.fit import unknowns_of
 from a2v.body.smpl import JOINTS
 from a2v.kinematics import HUMANACT12, inverse_kinematics
 from a2v.kinematics.names import BLAZEPOSE
@@ -177,6 +178,22 @@ def test_fit_body_gives_the_users_model(file: Path) -> None:
     result = fit_body(subject, settings=FitSettings(model=str(file), rounds=2))
     assert result.body.model == "smpl"
     assert result.residuals["carried_over"] < 0.02
+
+
+def test_a_fit_of_the_users_model_is_fitted_to_a_surface(file: Path) -> None:
+    person = random_body(1)
+    subject, _ = subject_of(person)
+    settings = FitSettings(model=str(file), rounds=1, steps=3, starts=0)
+    first = fit_body(subject, settings=settings)
+    surface = Surface(
+        vertices=person.vertices, faces=person.faces, colors=np.full_like(person.vertices, 0.5)
+    )
+    again = fit_body(
+        subject, settings=settings, surface=surface, camera=first.camera, initial=first
+    )
+    assert again.body.model == "smpl"
+    # the second fit starts from the angles of the first one, which SMPL's body keeps
+    assert np.abs(unknowns_of(first).angles.detach() - unknowns_of(again).angles.detach()).max() < 1
 
 
 def test_files_that_are_no_models_are_named(tmp_path: Path, content: dict[str, np.ndarray]) -> None:

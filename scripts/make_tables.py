@@ -92,7 +92,7 @@ _FAST = "--batch-size 32 --learning-rate 5e-4"
 # (system, options, iterations on HumanAct12, on its fine actions, on CMU)
 _BASELINES = (
     ("condgru", "--batch-size 32 --learning-rate 1e-3", 800, 600, 400),
-    ("two-stage-gan", _FAST, 1200, 1200, 1000),
+    ("two-stage-gan", _FAST, 1200, 1200, 4000),
     ("act-mocogan", _FAST, 6000, 6000, 6000),
     ("dancing2music", "--batch-size 16 --learning-rate 5e-4", 3000, 3000, 3000),
     ("latent-transition", _FAST, 3000, 2000, 3000),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -18,6 +19,8 @@ from a2v.types import Body
 if TYPE_CHECKING:
     from torch import Tensor
 
+_FITTED = "fitted_"
+"""Before the names of the source's parameters in a body that was carried over."""
 _HANDS = (PARTS.index("left_hand"), PARTS.index("right_hand"))
 
 
@@ -69,6 +72,8 @@ def carry_over(
     Returns
     -------
     body : Body
+        Its `parameters` hold those of `source` too (`fitted_parameters`), so that a further fit can
+        start from it.
     distance : float
         Mean distance of its vertices from the skin of `source`, meters.
     """
@@ -105,7 +110,20 @@ def carry_over(
     body = make_body(
         model, *values, provenance={"carried over from": source.model, **source.provenance}
     )
+    kept = {_FITTED + name: value for name, value in source.parameters.items()}
+    body = dataclasses.replace(body, parameters={**body.parameters, **kept})
     return body, float(np.mean(tree.query(body.vertices, workers=1)[0]))
+
+
+def fitted_parameters(body: Body) -> dict[str, np.ndarray]:
+    """Return the parameters of the default model that a fit has found: those of the body itself, or
+    of the one that it was carried over from."""
+    kept = {
+        name.removeprefix(_FITTED): value
+        for name, value in body.parameters.items()
+        if name.startswith(_FITTED)
+    }
+    return kept or dict(body.parameters)
 
 
 def _start(model: BodyModel, root_rotmat: Tensor, goal: _Goal) -> _Unknowns:

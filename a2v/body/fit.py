@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from a2v.body.anny import AnnyModel
-from a2v.body.carry import carry_over
+from a2v.body.carry import carry_over, fitted_parameters
 from a2v.body.confidence import landmarks_look_wrong, limb_errors, looks_wrong
 from a2v.body.evidence import Evidence, gather_evidence
 from a2v.body.objective import Objective
@@ -137,20 +137,11 @@ def _silent(done: int, total: int) -> None:
     """Report no progress."""
 
 
-_FITTED = "fitted_"
-"""Before the names of the default model's parameters in a body that was carried over."""
-
-
 def _carried(result: FitResult, model: BodyModel) -> FitResult:
-    """Convert the result to a body of `model` if the fit used another model.
-
-    The body keeps the parameters of the fit, so that a further fit can start from it.
-    """
+    """Convert the result to a body of `model` if the fit used another model."""
     if model.name == result.body.model:
         return result
     body, distance = carry_over(model, result.body)
-    kept = {_FITTED + name: value for name, value in result.body.parameters.items()}
-    body = dataclasses.replace(body, parameters={**body.parameters, **kept})
     return dataclasses.replace(
         result, body=body, residuals={**result.residuals, "carried_over": distance}
     )
@@ -380,15 +371,14 @@ def _reported(camera: PhotoCamera, photo: tuple[float, float]) -> dict[str, Any]
 
 def unknowns_of(result: FitResult) -> Unknowns:
     """Unknowns at a finished fit, also if its body was carried over to another model."""
-    parameters = result.body.parameters
-    own = "" if "angles" in parameters else _FITTED
-    if f"{own}angles" not in parameters:
+    parameters = fitted_parameters(result.body)
+    if "angles" not in parameters:
         raise InputError("the initial body was not made by fit_body; leave `initial` out")
     return Unknowns.build(
-        root=parameters[f"{own}rotations"][0],
-        angles=parameters[f"{own}angles"],
-        shape=parameters[f"{own}shape"],
-        translation=parameters[f"{own}translation"],
+        root=parameters["rotations"][0],
+        angles=parameters["angles"],
+        shape=parameters["shape"],
+        translation=parameters["translation"],
         camera=result.camera.flat,
         view=View.of(result.camera),
     )

@@ -12,6 +12,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.flanks import only_touching, strange_rim
 from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
 from a2v.reconstruction.surroundings import like_surroundings
@@ -60,6 +61,8 @@ _WITHIN_HAIR = 0.002
 """Distance from the border of hair within which its pixels are not used, meters."""
 _BESIDE_HAIR = 0.004
 """Distance from hair within which pixels of trunk and neck are not used, meters."""
+_UPPER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith("upper_arm")]
+_LOWER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith(("lower_arm", "hand"))]
 STEP = 2
 """Side of the squares of pixels of the photo that are treated as one."""
 
@@ -232,12 +235,14 @@ def part_agreement(
 
     It does if neither the posed character nor the body map shows another part there or next to it.
     Around such borders, where the fit may be wrong, the color of the pixel must not be that of the
-    other part. The `clues` must not exclude it.
+    other part. Along a hanging arm there is such a border between trunk and upper arm too, and
+    colors at the rim of the trunk must occur within it. The `clues` must not exclude the pixel.
     """
     import cv2
 
     height, width = (side // STEP for side in subject.mask.shape)
-    shown = parts_shown(surface, parts, camera, (height, width))
+    vertex = vertices_shown(surface, camera, (height, width))
+    shown = np.where(vertex >= 0, parts[vertex], -1)
     told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
     hanging = (
         parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1
@@ -248,6 +253,8 @@ def part_agreement(
         told[:, hanging] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
     scale = camera.scale / STEP
+    layers = clues.loose if clues.strands is None else clues.loose | clues.strands
+    flanks = _flanks(surface, vertex, shown, layers, scale)
     palettes = _Palettes(
         cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA),
         shown,
@@ -259,6 +266,11 @@ def part_agreement(
         if told is not None:
             others |= told[apart[part]].sum(axis=0) > _MIXED
         others |= clues.against(part, apart)
+        if part in flanks:
+            others |= flanks[part]
+            if part == PARTS.index("torso"):
+                arms = np.isin(shown, _LOWER_ARMS) | flanks[part]
+                others |= strange_rim(palettes.lab, shown == part, arms, scale)
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
@@ -274,6 +286,24 @@ def part_agreement(
     if hanging.any() and clues.skin is not None and clues.skin[hanging].mean() < _CLOTH:
         bare_legs(result, hanging, clues.skin, scale)
     return result if clues.strands is None else _with_hair(result, clues, scale)
+
+
+def _flanks(
+    surface: Surface, vertex: IntArray, shown: IntArray, layers: BoolArray, scale: float
+) -> dict[int, BoolArray]:
+    """For trunk and upper arms, the pixels (h, w) of the other that only touch the part: they grow
+    into each other at the shoulder, but not along a hanging arm."""
+    if surface.standing is None:
+        return {}
+    rest, trunk = surface.standing.vertices.astype(np.float64), PARTS.index("torso")
+    body = (vertex >= 0) & ~layers[vertex]
+    result = {trunk: np.zeros(shown.shape, bool)}
+    own = body & (shown == trunk)
+    for number in _UPPER_ARMS:
+        arm = body & (shown == number)
+        result[trunk] |= only_touching(vertex, own, arm, rest, scale)
+        result[number] = only_touching(vertex, arm, own, rest, scale)
+    return result
 
 
 def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:
@@ -344,6 +374,12 @@ def parts_shown(
     surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]
 ) -> IntArray:
     """Part (h, w) of a posed surface on `parts` (V,) in every `STEP`-th pixel; -1 for none."""
+    vertex = vertices_shown(surface, camera, size)
+    return np.where(vertex >= 0, parts[vertex], -1)
+
+
+def vertices_shown(surface: Surface, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
+    """A corner (h, w) of the triangle of a posed surface in every `STEP`-th pixel; -1 for none."""
     columns, rows = np.meshgrid(
         (np.arange(size[1]) + 0.5) * STEP, (np.arange(size[0]) + 0.5) * STEP
     )
@@ -357,7 +393,7 @@ def parts_shown(
     found = ray_scene(surface.vertices, surface.faces, threads=0).cast_rays(rays)
     hit = np.isfinite(found["t_hit"].numpy())
     face = np.where(hit, found["primitive_ids"].numpy().astype(np.int64), 0)
-    return np.where(hit, parts[surface.faces[face, 0]], -1)
+    return np.where(hit, surface.faces[face, 0], -1)
 
 
 def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:

@@ -65,6 +65,8 @@ class Continuation:
         Neighbors with the same label; the vertex itself in place of others.
     continues : (V,) bool
         Vertices that continue a place of the photo.
+    contrast : float
+        Three quarters of the visible detail of hair lie below this lightness, sRGB; 0 without hair.
     """
 
     labels: IntArray
@@ -72,6 +74,7 @@ class Continuation:
     doubtful: BoolArray
     neighbors: IntArray
     continues: BoolArray
+    contrast: float
     _place: FloatArray
     _maps: FloatArray
     _vertices: FloatArray
@@ -183,12 +186,21 @@ def continue_photo(
         doubtful=doubtful | unlike,
         neighbors=own,
         continues=continues,
+        contrast=_contrast(exemplar, HAIR),
         _place=place * (height / exemplar.colors.shape[0]),
         _maps=maps,
         _vertices=vertices,
         _detail=np.asarray(clean - base, np.float32),
         _scale=camera.scale,
     )
+
+
+def _contrast(exemplar: Exemplar, kind: int) -> float:
+    """Upper quartile of the size of the detail of a label, in lightness; 0 if it is not visible."""
+    own = exemplar.sources & (exemplar.labels == kind)
+    if not own.any():
+        return 0.0
+    return float(np.quantile(np.abs(exemplar.detail[own].mean(axis=1)), 0.75))
 
 
 def _behind_print(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from a2v.body.parts import PARTS
+from a2v.reconstruction.canvas import _flanks
 from a2v.reconstruction.flanks import only_touching, strange_rim
 
 SCALE = 100.0  # pixels per meter
@@ -41,3 +45,22 @@ def test_a_color_that_the_trunk_has_nowhere_at_that_height_is_strange() -> None:
     assert found[:86, 38:40].all()
     assert not found[95:].any()
     assert not strange_rim(lab, trunk, np.zeros_like(arms), SCALE).any()
+
+
+def test_trunk_and_upper_arm_have_a_border_where_they_only_touch() -> None:
+    vertex = np.arange(30 * 40).reshape(30, 40)
+    torso, arm = PARTS.index("torso"), PARTS.index("left_upper_arm")
+    shown = np.where(np.arange(40) < 20, torso, arm) * np.ones((30, 1), int)
+    rest = np.zeros((vertex.size, 3))
+    rest[(shown == arm).ravel(), 0] = 0.5
+    surface = SimpleNamespace(standing=SimpleNamespace(vertices=rest))
+    none = np.zeros(vertex.size, bool)
+    found = _flanks(surface, vertex, shown, none, SCALE)  # type: ignore[arg-type]
+    assert found[torso][:, 20].all()
+    assert found[arm][:, 19].all()
+    assert PARTS.index("left_lower_arm") not in found
+    skirt = (shown == arm).ravel()  # a layer of cloth grows out of nothing
+    layered = _flanks(surface, vertex, shown, skirt, SCALE)  # type: ignore[arg-type]
+    assert not layered[torso].any()
+    fused = SimpleNamespace(standing=None)
+    assert not _flanks(fused, vertex, shown, none, SCALE)  # type: ignore[arg-type]

@@ -13,6 +13,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
+from a2v.reconstruction.backs.continuation import PATTERNED
 from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.colored import ColoredMesh
@@ -27,8 +28,6 @@ BAND = 256
 """Number of rows of the texture that are colored at a time; bounds memory."""
 STRAND = 0.05
 """Largest detail of hair that is continued over unseen hair, sRGB."""
-PATTERNED = 0.2
-"""Contrast of the detail of hair above which it is a hat with a pattern, sRGB."""
 
 
 def bake(

@@ -12,7 +12,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.flanks import only_touching, strange_rim
+from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
 from a2v.reconstruction.surroundings import like_surroundings
@@ -61,8 +61,6 @@ _WITHIN_HAIR = 0.002
 """Distance from the border of hair within which its pixels are not used, meters."""
 _BESIDE_HAIR = 0.004
 """Distance from hair within which pixels of trunk and neck are not used, meters."""
-_UPPER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith("upper_arm")]
-_LOWER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith(("lower_arm", "hand"))]
 STEP = 2
 """Side of the squares of pixels of the photo that are treated as one."""
 
@@ -254,13 +252,13 @@ def part_agreement(
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
     scale = camera.scale / STEP
     layers = clues.loose if clues.strands is None else clues.loose | clues.strands
-    flanks = _flanks(surface, vertex, shown, layers, scale)
     palettes = _Palettes(
         cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA),
         shown,
         apart,
         scale,
     )
+    flanks = flanks_beside_arms(surface, vertex, shown, layers, palettes.lab, scale)
     for part in range(len(PARTS)):
         others = np.isin(shown, np.flatnonzero(apart[part]))
         if told is not None:
@@ -268,9 +266,6 @@ def part_agreement(
         others |= clues.against(part, apart)
         if part in flanks:
             others |= flanks[part]
-            if part == PARTS.index("torso"):
-                arms = np.isin(shown, _LOWER_ARMS) | flanks[part]
-                others |= strange_rim(palettes.lab, shown == part, arms, scale)
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
@@ -286,24 +281,6 @@ def part_agreement(
     if hanging.any() and clues.skin is not None and clues.skin[hanging].mean() < _CLOTH:
         bare_legs(result, hanging, clues.skin, scale)
     return result if clues.strands is None else _with_hair(result, clues, scale)
-
-
-def _flanks(
-    surface: Surface, vertex: IntArray, shown: IntArray, layers: BoolArray, scale: float
-) -> dict[int, BoolArray]:
-    """For trunk and upper arms, the pixels (h, w) of the other that only touch the part: they grow
-    into each other at the shoulder, but not along a hanging arm."""
-    if surface.standing is None:
-        return {}
-    rest, trunk = surface.standing.vertices.astype(np.float64), PARTS.index("torso")
-    body = (vertex >= 0) & ~layers[vertex]
-    result = {trunk: np.zeros(shown.shape, bool)}
-    own = body & (shown == trunk)
-    for number in _UPPER_ARMS:
-        arm = body & (shown == number)
-        result[trunk] |= only_touching(vertex, own, arm, rest, scale)
-        result[number] = only_touching(vertex, arm, own, rest, scale)
-    return result
 
 
 def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:

@@ -17,7 +17,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
 from a2v.reconstruction.backs.seen import HANDS
-from a2v.reconstruction.bake import PATTERNED, PaddedAtlas, bake, padded_layout
+from a2v.reconstruction.bake import PaddedAtlas, bake, padded_layout
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_like, skin_of_hands
 from a2v.reconstruction.colored import ColoredMesh
@@ -259,14 +259,8 @@ def color_surface(
             base[hidden] = canvas.hands
         bare = on_parts(canvas.parts, *HEAD, *(() if canvas.gloved else HANDS))
         told = known | lent
-        base = even_tones(
-            base,
-            known & ~mouth,
-            told,
-            labels=continued.labels,
-            bare=bare,
-            patterned=continued.contrast > PATTERNED,
-        )
+        hat, outer = continued.patterned, known & ~mouth
+        base = even_tones(base, outer, told, labels=continued.labels, bare=bare, patterned=hat)
         base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)

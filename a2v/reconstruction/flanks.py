@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.body.parts import PARTS
+from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 _FAR = 0.1
 """Distance at rest from which on trunk and upper arm only touch in the photo, meters."""
@@ -24,6 +25,47 @@ _SAMPLES = 4000
 """Largest number of samples."""
 _LEAST_REACH = 2.0
 """Smallest reach in small photos, pixels."""
+_UPPER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith("upper_arm")]
+_LOWER_ARMS = [number for number, name in enumerate(PARTS) if name.endswith(("lower_arm", "hand"))]
+
+
+def flanks_beside_arms(
+    surface: Surface,
+    vertex: IntArray,
+    shown: IntArray,
+    layers: BoolArray,
+    lab: FloatArray,
+    scale: float,
+) -> dict[int, BoolArray]:
+    """For trunk and upper arms by their number in `PARTS`: pixels (h, w) that belong to another.
+
+    They are those of the other that only touch the part: both grow into each other at the shoulder,
+    but not along a hanging arm. At the rim of the trunk they are also those of a strange color.
+
+    Parameters
+    ----------
+    vertex, shown : (h, w) int
+        A vertex of the posed surface at each pixel, and its part; -1 for none.
+    layers : (V,) bool
+        Vertices of separate layers of cloth or hair.
+    lab : (h, w, 3)
+        The picture, CIELAB.
+    scale : float
+        Pixels per meter.
+    """
+    if surface.standing is None:
+        return {}
+    rest, trunk = np.asarray(surface.standing.vertices, np.float64), PARTS.index("torso")
+    body = (vertex >= 0) & ~layers[vertex]
+    result = {trunk: np.zeros(shown.shape, bool)}
+    own = body & (shown == trunk)
+    for number in _UPPER_ARMS:
+        arm = body & (shown == number)
+        result[trunk] |= only_touching(vertex, own, arm, rest, scale)
+        result[number] = only_touching(vertex, arm, own, rest, scale)
+    arms = np.isin(shown, _LOWER_ARMS) | result[trunk]
+    result[trunk] |= strange_rim(lab, shown == trunk, arms, scale)
+    return result
 
 
 def only_touching(

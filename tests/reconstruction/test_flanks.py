@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.reconstruction.canvas import _flanks
-from a2v.reconstruction.flanks import only_touching, strange_rim
+from a2v.reconstruction.flanks import flanks_beside_arms, only_touching, strange_rim
 
 SCALE = 100.0  # pixels per meter
 
@@ -54,13 +53,13 @@ def test_trunk_and_upper_arm_have_a_border_where_they_only_touch() -> None:
     rest = np.zeros((vertex.size, 3))
     rest[(shown == arm).ravel(), 0] = 0.5
     surface = SimpleNamespace(standing=SimpleNamespace(vertices=rest))
-    none = np.zeros(vertex.size, bool)
-    found = _flanks(surface, vertex, shown, none, SCALE)  # type: ignore[arg-type]
+    none, even = np.zeros(vertex.size, bool), np.zeros((30, 40, 3))
+    found = flanks_beside_arms(surface, vertex, shown, none, even, SCALE)  # type: ignore[arg-type]
     assert found[torso][:, 20].all()
     assert found[arm][:, 19].all()
     assert PARTS.index("left_lower_arm") not in found
     skirt = (shown == arm).ravel()  # a layer of cloth grows out of nothing
-    layered = _flanks(surface, vertex, shown, skirt, SCALE)  # type: ignore[arg-type]
+    layered = flanks_beside_arms(surface, vertex, shown, skirt, even, SCALE)  # type: ignore[arg-type]
     assert not layered[torso].any()
     fused = SimpleNamespace(standing=None)
-    assert not _flanks(fused, vertex, shown, none, SCALE)  # type: ignore[arg-type]
+    assert not flanks_beside_arms(fused, vertex, shown, none, even, SCALE)  # type: ignore[arg-type]

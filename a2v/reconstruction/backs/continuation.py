@@ -38,6 +38,9 @@ TINTED = 0.04
 OTHER_HUE = 15.0
 """Distance in CIELAB's a and b from which on two colors are of different materials."""
 
+PATTERNED = 0.2
+"""Contrast of the detail of hair above which it is a hat with a pattern, sRGB."""
+
 _PALETTE_SIZE = 8
 """Number of colors in the palette of a garment."""
 _PALETTE_LEAST = {UPPER: 200, LOWER: 200, SHOES: 60}
@@ -80,6 +83,11 @@ class Continuation:
     _vertices: FloatArray
     _detail: FloatArray
     _scale: float
+
+    @property
+    def patterned(self) -> bool:
+        """Whether what covers the head is a hat with a pattern."""
+        return self.contrast > PATTERNED
 
     def on_vertices(self) -> FloatArray:
         """Detail (V, 3) of each vertex, averaged over its patch; 0 for vertices that continue

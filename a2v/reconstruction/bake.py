@@ -13,6 +13,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
+from a2v.reconstruction.backs.continuation import PATTERNED
 from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.colored import ColoredMesh
@@ -89,7 +90,7 @@ def bake(
             smooth[asked] += (
                 detail
                 if photo.canvas is None
-                else _of_hair(detail, continued.labels[strongest[asked]])
+                else _of_hair(detail, continued.labels[strongest[asked]], continued.contrast)
             )
         if others:
             found = [other.at(corner, weight) for other in others]
@@ -159,12 +160,16 @@ def padded_layout(atlas: Atlas) -> PaddedAtlas:
     return PaddedAtlas.of(atlas)
 
 
-def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
-    """Return the detail (n, 3), on hair without its hue.
+def _of_hair(detail: FloatArray, labels: IntArray, contrast: float) -> FloatArray:
+    """Return the detail (n, 3), on hair without its hue, and weaker.
 
     Strands of hair differ only in brightness; the color of what is visible between them is not
-    continued.
+    continued. The `contrast` of the visible hair comes down to `STRAND`. A hat with a pattern stays
+    as it is.
     """
+    if contrast > PATTERNED:
+        return detail
     hair = labels == HAIR
-    detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
+    gain = min(1.0, STRAND / max(2.0 * contrast, 1e-6))
+    detail[hair] = np.clip(gain * detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
     return detail

@@ -12,6 +12,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
 from a2v.reconstruction.surroundings import like_surroundings
@@ -232,12 +233,14 @@ def part_agreement(
 
     It does if neither the posed character nor the body map shows another part there or next to it.
     Around such borders, where the fit may be wrong, the color of the pixel must not be that of the
-    other part. The `clues` must not exclude it.
+    other part. Along a hanging arm there is such a border between trunk and upper arm too, and
+    colors at the rim of the trunk must occur within it. The `clues` must not exclude the pixel.
     """
     import cv2
 
     height, width = (side // STEP for side in subject.mask.shape)
-    shown = parts_shown(surface, parts, camera, (height, width))
+    vertex = vertices_shown(surface, camera, (height, width))
+    shown = np.where(vertex >= 0, parts[vertex], -1)
     told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
     hanging = (
         parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1
@@ -248,17 +251,21 @@ def part_agreement(
         told[:, hanging] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
     scale = camera.scale / STEP
+    layers = clues.loose if clues.strands is None else clues.loose | clues.strands
     palettes = _Palettes(
         cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA),
         shown,
         apart,
         scale,
     )
+    flanks = flanks_beside_arms(surface, vertex, shown, layers, palettes.lab, scale)
     for part in range(len(PARTS)):
         others = np.isin(shown, np.flatnonzero(apart[part]))
         if told is not None:
             others |= told[apart[part]].sum(axis=0) > _MIXED
         others |= clues.against(part, apart)
+        if part in flanks:
+            others |= flanks[part]
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
@@ -344,6 +351,12 @@ def parts_shown(
     surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]
 ) -> IntArray:
     """Part (h, w) of a posed surface on `parts` (V,) in every `STEP`-th pixel; -1 for none."""
+    vertex = vertices_shown(surface, camera, size)
+    return np.where(vertex >= 0, parts[vertex], -1)
+
+
+def vertices_shown(surface: Surface, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
+    """A corner (h, w) of the triangle of a posed surface in every `STEP`-th pixel; -1 for none."""
     columns, rows = np.meshgrid(
         (np.arange(size[1]) + 0.5) * STEP, (np.arange(size[0]) + 0.5) * STEP
     )
@@ -357,7 +370,7 @@ def parts_shown(
     found = ray_scene(surface.vertices, surface.faces, threads=0).cast_rays(rays)
     hit = np.isfinite(found["t_hit"].numpy())
     face = np.where(hit, found["primitive_ids"].numpy().astype(np.int64), 0)
-    return np.where(hit, parts[surface.faces[face, 0]], -1)
+    return np.where(hit, surface.faces[face, 0], -1)
 
 
 def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:

@@ -259,7 +259,8 @@ def color_surface(
             base[hidden] = canvas.hands
         bare = on_parts(canvas.parts, *HEAD, *(() if canvas.gloved else HANDS))
         told = known | lent
-        base = even_tones(base, known & ~mouth, told, labels=continued.labels, bare=bare)
+        hat, outer = continued.patterned, known & ~mouth
+        base = even_tones(base, outer, told, labels=continued.labels, bare=bare, patterned=hat)
         base = combed(base, known, canvas, continued.labels)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)

@@ -40,22 +40,31 @@ def given_or_close(
 
 
 def even_tones(
-    base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
+    base: FloatArray,
+    known: BoolArray,
+    told: BoolArray,
+    *,
+    labels: IntArray,
+    bare: BoolArray,
+    patterned: bool = False,
 ) -> FloatArray:
     """Shift unseen hair, and unseen skin on `bare` (V,) parts, to the tone of the visible vertices.
 
     Networks often predict another tone. The visible tone is the median over the `known` (V,)
     vertices. For skin only their lighter half counts, because hair and chin cast shadows on the
-    rest. Vertices in `told` (V,) keep their colors.
+    rest. Vertices in `told` (V,) keep their colors. If what covers the head is `patterned`, its
+    tone is the mean over all its visible vertices.
     """
     from skimage.color import lab2rgb, rgb2lab
 
     result, skin = base.copy(), None
-    for own in ((labels == SKIN) & bare, labels == HAIR):
+    for kind, own in ((SKIN, (labels == SKIN) & bare), (HAIR, labels == HAIR)):
         if (own & known).sum() < _TONED or not (own & ~told).any():
             continue
         seen = rgb2lab(np.clip(base[own & known], 0, 1))
-        if skin is not None:  # at its border hair is mixed with skin
+        if kind == HAIR and patterned:
+            seen = seen.mean(axis=0, keepdims=True)  # the median is the color of one stripe
+        elif skin is not None:  # at its border hair is mixed with skin
             away = np.linalg.norm(seen - skin, axis=1)
             seen = seen[away >= np.median(away)]
         else:

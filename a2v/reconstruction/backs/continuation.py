@@ -38,6 +38,9 @@ TINTED = 0.04
 OTHER_HUE = 15.0
 """Distance in CIELAB's a and b from which on two colors are of different materials."""
 
+PATTERNED = 0.2
+"""Contrast of the detail of hair above which it is a hat with a pattern, sRGB."""
+
 _PALETTE_SIZE = 8
 """Number of colors in the palette of a garment."""
 _PALETTE_LEAST = {UPPER: 200, LOWER: 200, SHOES: 60}
@@ -65,6 +68,8 @@ class Continuation:
         Neighbors with the same label; the vertex itself in place of others.
     continues : (V,) bool
         Vertices that continue a place of the photo.
+    contrast : float
+        Three quarters of the visible detail of hair lie below this lightness, sRGB; 0 without hair.
     """
 
     labels: IntArray
@@ -72,11 +77,17 @@ class Continuation:
     doubtful: BoolArray
     neighbors: IntArray
     continues: BoolArray
+    contrast: float
     _place: FloatArray
     _maps: FloatArray
     _vertices: FloatArray
     _detail: FloatArray
     _scale: float
+
+    @property
+    def patterned(self) -> bool:
+        """Whether what covers the head is a hat with a pattern."""
+        return self.contrast > PATTERNED
 
     def on_vertices(self) -> FloatArray:
         """Detail (V, 3) of each vertex, averaged over its patch; 0 for vertices that continue
@@ -183,12 +194,21 @@ def continue_photo(
         doubtful=doubtful | unlike,
         neighbors=own,
         continues=continues,
+        contrast=_contrast(exemplar, HAIR),
         _place=place * (height / exemplar.colors.shape[0]),
         _maps=maps,
         _vertices=vertices,
         _detail=np.asarray(clean - base, np.float32),
         _scale=camera.scale,
     )
+
+
+def _contrast(exemplar: Exemplar, kind: int) -> float:
+    """Upper quartile of the size of the detail of a label, in lightness; 0 if it is not visible."""
+    own = exemplar.sources & (exemplar.labels == kind)
+    if not own.any():
+        return 0.0
+    return float(np.quantile(np.abs(exemplar.detail[own].mean(axis=1)), 0.75))
 
 
 def _behind_print(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:

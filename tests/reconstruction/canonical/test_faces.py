@@ -10,6 +10,8 @@ import pytest
 from a2v.body.face import face_landmarks
 from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import vertex_normals
+from a2v.reconstruction.backs.seen import HAIR, UPPER
+from a2v.reconstruction.bake import _of_hair
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.colored import ColoredMesh
@@ -137,3 +139,26 @@ def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
     assert toned[100:, 0].min() > 0.5
     kept = even_tones(base, known, np.ones(130, bool), labels=labels, bare=np.ones(130, bool))
     assert np.array_equal(kept, base)  # what the other half gave is kept
+
+
+def test_a_striped_hat_has_the_mean_of_its_stripes_behind() -> None:
+    """The median of black and white stripes is one of both."""
+    base = np.repeat(
+        [[0.75, 0.6, 0.5], [0.05] * 3, [0.95] * 3, [0.2] * 3], [60, 60, 40, 40], axis=0
+    )
+    known, labels = np.arange(200) < 160, np.repeat([1, 2], [60, 140])
+    bare = np.ones(200, bool)
+    hair, hat = (
+        even_tones(base, known, known, labels=labels, bare=bare, patterned=patterned)[160:].mean()
+        for patterned in (False, True)
+    )
+    assert hair < 0.2 < 0.3 < hat < 0.45
+
+
+def test_hair_behind_is_fainter_than_in_the_photo_and_a_patterned_hat_is_not() -> None:
+    detail = np.array([[0.2, 0.1, 0.0], [0.05, 0.05, 0.05], [0.3, 0.0, 0.0]])
+    labels = np.array([HAIR, HAIR, UPPER])
+    found = _of_hair(detail.copy(), labels, 0.1)
+    assert np.allclose(found, [[0.025] * 3, [0.0125] * 3, [0.3, 0.0, 0.0]])
+    assert np.array_equal(_of_hair(detail.copy(), labels, 0.4), detail)
+    assert np.allclose(_of_hair(detail.copy(), labels, 0.01)[:2], 0.05)  # even hair is as it was

@@ -147,8 +147,8 @@ _BEND_SPREAD = 0.12
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:
     """Keep straight legs straight, upright legs under the hips, and standing feet nearly level.
 
-    Only depth is kept. A leg may stand apart to the side of the pelvis, so that the feet of a person
-    who is turned differ in depth.
+    Only depth is kept. A leg may stand apart to the side of the pelvis, so that the feet of a
+    person who is turned differ in depth.
     """
     import torch
 

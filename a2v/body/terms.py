@@ -138,9 +138,24 @@ def usual_distance(log_distance: Tensor, *, estimate: float, spread: float) -> T
     return ((log_distance - math.log(estimate)) / spread).square()
 
 
+_BEND_OF_STANDING = 0.08
+"""Mean bend of a knee that looks straight, radians: one leg is often relaxed."""
+_BEND_SPREAD = 0.12
+"""Its standard deviation, radians."""
+
+
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:
-    """Keep straight legs straight and upright in depth, and standing feet nearly level."""
+    """Keep straight legs straight, upright legs under the hips, and standing feet nearly level.
+
+    Only depth is kept. A leg may stand apart to the side of the pelvis, so that the feet of a
+    person who is turned differ in depth.
+    """
+    import torch
+
     total = 0.0 * angles.sum()
+    between = landmarks[LANDMARK_INDEX["left_hip"]] - landmarks[LANDMARK_INDEX["right_hip"]]
+    across = between[[0, 2]] / between[[0, 2]].norm().clamp_min(1e-6)  # horizontal: x and z
+    forward = torch.stack([-across[1], across[0]])
     if all(evidence.standing):  # the trunk rests on the legs
         middle = {
             joint: (
@@ -159,9 +174,13 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
             for name in ("hip", "ankle", "heel", "foot_index")
         }
         if straight:
-            total = total + (angles[space.index(f"{side}_knee_bend")] / 0.08).square()
+            bend = angles[space.index(f"{side}_knee_bend")]
+            total = total + ((bend - _BEND_OF_STANDING) / _BEND_SPREAD).square()
         if standing:
-            total = total + ((point["hip"][2] - point["ankle"][2]) / 0.025).square()
+            offset = (point["hip"] - point["ankle"])[[0, 2]]
+            ahead, aside = (offset * forward).sum(), (offset * across).sum()
+            total = total + (ahead * forward[1] / 0.025).square()
+            total = total + (aside * across[1] / 0.08).square()
             # A camera at eye level looks down on the feet, so that they may seem to point down
             # slightly.
             total = total + ((point["heel"][1] - point["foot_index"][1]) / 0.06).square()

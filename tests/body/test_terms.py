@@ -11,14 +11,16 @@ from scipy.stats import multivariate_normal
 
 from a2v.body import load_body_model, make_body
 from a2v.body.collision import LimbBalls
+from a2v.body.evidence import Evidence
 from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import mask_field, rasterize, rim_vertices
-from a2v.body.terms import geman_mcclure
+from a2v.body.terms import feet, geman_mcclure
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.io import write_npz
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
+from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.types import OrthographicCamera
 
 
@@ -234,3 +236,41 @@ def test_the_limbs_are_as_long_as_the_default_bodys() -> None:
             points[LANDMARK_INDEX[f"left_{first}"]] - points[LANDMARK_INDEX[f"left_{last}"]]
         )
         assert length / np.ptp(body.vertices[:, 1]) == pytest.approx(ratio, abs=0.012)
+
+
+def legs_cost(*, turn: float, **angles: float) -> float:
+    """The term of the feet for a standing person in the natural pose with other `angles`, turned
+    about the vertical by `turn` degrees, without the trunk's share."""
+    model = load_body_model()
+    space = pose_space(model)
+    pose = torch.from_numpy(space.natural.astype(np.float64))
+    for name, value in angles.items():
+        pose[space.index(name)] = value
+    state = model.forward(space.rotvecs(pose), torch.from_numpy(model.shape_default).double())
+    about = torch.tensor([0.0, np.radians(turn), 0.0], dtype=torch.float64)
+    landmarks = model.landmarks(state) @ rotvec_to_rotmat(about).T
+    nothing = np.zeros(0)
+    evidence = Evidence(
+        pixels=np.zeros((33, 2)),
+        confidence=np.zeros(33),
+        depth=nothing,
+        segments=np.zeros((0, 2), np.int64),
+        depth_confidence=nothing,
+        points=None,
+        points_scale=0.0,
+        height=1.0,
+        straight=(False, False),
+        standing=(True, False),
+        mask=None,
+    )
+    return float(feet(pose, landmarks, space=space, evidence=evidence))
+
+
+@pytest.mark.parametrize("turn", [0.0, 35.0, -35.0, 180.0, 90.0])
+def test_a_leg_may_stand_apart_but_not_lean_to_the_front(turn: float) -> None:
+    under = legs_cost(turn=turn)
+    # in profile the picture shows how far a leg leans, but not how far it stands apart
+    profile = turn == 90.0
+    assert legs_cost(turn=turn, left_hip_spread=0.25) < under + (15 if profile else 6)
+    leaning = legs_cost(turn=turn, left_hip_bend=-0.25)
+    assert leaning < under + 1 if profile else leaning > under + 20

@@ -263,9 +263,7 @@ def part_agreement(
         others = np.isin(shown, np.flatnonzero(apart[part]))
         if told is not None:
             others |= told[apart[part]].sum(axis=0) > _MIXED
-        others |= clues.against(part, apart)
-        if part in flanks:
-            others |= flanks[part]
+        others |= clues.against(part, apart) | flanks.get(part, False)
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))

@@ -179,9 +179,9 @@ print("FID of real clips by share:", dict(zip(shares, np.round(values, 2).tolist
 
 # %% [markdown]
 # Nothing was generated here, but the FID at the right is about two (2.04 with 3,000 clips, the mean
-# of 20 draws). In the tables that row is called *real, drawn alike*. It is no lower limit: a model that makes rare
-# actions look like frequent ones can score less. So rows of the two protocols must not be compared,
-# and every table names its protocol.
+# of 20 draws). In the tables that row is called *real, drawn alike*. It is no lower limit: a model
+# that makes rare actions look like frequent ones can score less. So rows of the two protocols must
+# not be compared, and every table names its protocol.
 #
 # ## Accuracy, diversity, multimodality
 # *Accuracy* is the share of clips that the classifier recognizes as the requested action.

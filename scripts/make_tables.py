@@ -2,8 +2,8 @@
 
 Without arguments the commands are listed with the tables that they make. `a2v evaluate` keeps the
 rows of a table's JSON file that have the same weights, data and protocol, so a second run is quick
-and a stopped run can resume. ``--trainings`` lists the commands that train the VAEs that one command
-makes, and the baselines, which are not shipped; ``--model`` adds such weights to a table.
+and a stopped run can resume. ``--trainings`` lists the commands that train the VAEs that one
+command makes, and the baselines, which are not shipped; ``--model`` adds such weights to a table.
 """
 
 from __future__ import annotations

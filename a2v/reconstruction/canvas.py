@@ -242,11 +242,7 @@ def part_agreement(
     vertex = vertices_shown(surface, camera, (height, width))
     shown = np.where(vertex >= 0, parts[vertex], -1)
     told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
-    hanging = (
-        parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1
-        if clues.loose.any()
-        else np.zeros((height, width), bool)
-    )
+    hanging = (vertex >= 0) & clues.loose[vertex]
     if told is not None:
         told[:, hanging] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)

@@ -151,7 +151,7 @@ def _borders(
     """The borders between the materials of a canonical person; None for others."""
     if photo.canvas is None or continued is None:
         return None
-    return Borders.between(continued.labels, mesh.faces, mesh.colors, photo.known)
+    return Borders.between(continued.materials, mesh.faces, mesh.colors, photo.known)
 
 
 @functools.lru_cache(maxsize=1)

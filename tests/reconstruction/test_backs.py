@@ -23,7 +23,8 @@ from a2v.reconstruction.backs import (
 )
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
-from a2v.reconstruction.backs.seen import HAIR
+from a2v.reconstruction.backs.panels import find_panels
+from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
 from a2v.reconstruction.color_prior import skin_like, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
@@ -406,3 +407,46 @@ def test_hair_over_the_cheeks_is_no_skin() -> None:
         assert skin_like(np.array(skin))
     for other in ([0.12, 0.12, 0.12], [0.75, 0.75, 0.77], [0.2, 0.4, 0.6]):
         assert not skin_like(np.array(other))
+
+
+WHITE, RED = np.array([0.9, 0.9, 0.92]), np.array([0.7, 0.1, 0.1])
+
+
+def _panels_of(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[Seen, IntArray]:
+    """A tube in white and red, seen from the front and expected to be pink behind; the panels."""
+    vertices, faces = _cylinder()
+    seen = _seen(
+        vertices,
+        vertex_normals(vertices, faces),
+        _photo(lambda way, y: np.where(paint(way, y)[..., None], WHITE, RED)),
+        expected=(WHITE + RED) / 2,
+    )
+    return seen, find_panels(seen, np.full(len(vertices), UPPER))[0]
+
+
+def test_a_panel_on_one_side_ends_and_does_not_fade_over_the_back() -> None:
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    clean = _photo(lambda way, y: np.where((way > 0.10)[..., None], WHITE, RED))
+    seen = _seen(vertices, normals, clean, expected=(WHITE + RED) / 2)
+    expected = continue_photo(seen, faces, normals, clean, CAMERA).expected
+    behind = _body(vertices) & ~seen.known
+    whiteness = (expected[behind] - RED) @ (WHITE - RED) / ((WHITE - RED) @ (WHITE - RED))
+    assert ((whiteness > 0.2) & (whiteness < 0.8)).mean() < 0.06  # pink before: all of them
+    right = (vertices[behind, 0] < 0) | (vertices[behind, 2] < -0.95 * RADIUS)
+    assert (whiteness[right] < 0.2).all()
+    beside = (vertices[behind, 0] > 0.9 * RADIUS) & (vertices[behind, 2] > 0.2 * RADIUS)
+    assert (whiteness[beside] > 0.8).mean() > 0.9
+
+
+def test_a_band_around_the_body_goes_on_behind() -> None:
+    seen, panels = _panels_of(lambda way, y: np.abs(y) < 0.06)
+    inner, outer = np.abs(seen.vertices[:, 1]) < 0.045, np.abs(seen.vertices[:, 1]) > 0.075
+    assert len(np.unique(panels)) == 2
+    assert len(np.unique(panels[inner])) == 1
+    assert len(np.unique(panels[outer])) == 1
+
+
+def test_narrow_stripes_and_plain_cloth_are_no_panels() -> None:
+    assert not _panels_of(lambda way, y: (y / 0.01).astype(int) % 2 == 0)[1].any()
+    assert not _panels_of(lambda way, y: way > 1)[1].any()

@@ -14,6 +14,7 @@ from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import label_surface
 from a2v.reconstruction.backs.matching import Unrolled, match_surface
+from a2v.reconstruction.backs.panels import find_panels
 from a2v.reconstruction.backs.pieces import neighbor_mean
 from a2v.reconstruction.backs.rings import around
 from a2v.reconstruction.backs.seen import (
@@ -60,12 +61,14 @@ class Continuation:
     ----------
     labels : (V,) int
         Index into `KINDS`.
+    materials : (V,) int
+        `labels`, with larger numbers for the panels of garments.
     expected : (V, 3)
         Expected colors of the unseen side without detail, smooth within each label.
     doubtful : (V,) bool
         Unseen vertices whose expected color is wrong, for instance behind a print.
     neighbors : (V, N) int
-        Neighbors with the same label; the vertex itself in place of others.
+        Neighbors of the same material; the vertex itself in place of others.
     continues : (V,) bool
         Vertices that continue a place of the photo.
     contrast : float
@@ -73,6 +76,7 @@ class Continuation:
     """
 
     labels: IntArray
+    materials: IntArray
     expected: FloatArray
     doubtful: BoolArray
     neighbors: IntArray
@@ -147,23 +151,27 @@ def continue_photo(
         )
         labels = around(labels, seen.rest, parts, seen.known)
     vertices = np.asarray(seen.vertices, np.float64)
-    twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
+    panels, panel_colors = find_panels(seen, labels)
+    materials = np.where(panels > 0, len(KINDS) + panels, labels)
+    twins = (seen.twin >= 0) & (materials[seen.twin] == materials)
     shown = np.where(
         twins, seen.twin, np.arange(len(labels))
     )  # the pixel of each vertex: that of its twin, else the one in front of it
     exemplar = make_exemplar(
-        clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS)
+        clean, camera, vertices, faces, normals, materials, seen.face | strange | seen.on(*HANDS)
     )
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
     own = np.where(
-        labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None]
+        materials[seen.neighbors] == materials[:, None],
+        seen.neighbors,
+        np.arange(len(labels))[:, None],
     )
     # the heel of a shoe does not look like its laces; skin is even, and details of visible skin are
     # features, or shadows of hair and fingers
     even = (labels == SHOES) | seen.on(*HANDS) | ((labels == SKIN) & seen.on(*HEAD_PARTS))
     if seen.strands is not None:
         even |= seen.strands  # its details run along the strands
-    woven = np.where(even, 0, labels)
+    woven = np.where(even, 0, materials)
     place, continues = match_surface(
         exemplar,
         Unrolled(vertices, maps, seen.neighbors),
@@ -176,7 +184,7 @@ def continue_photo(
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
     nearest = _nearest_shown(exemplar, vertices[shown])
     # another limb, or another material, in front tints the expected color
-    other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
+    other_before = (nearest > 0) & (nearest != materials) & np.isin(labels, [UPPER, LOWER])
     doubtful = (
         _behind_print(exemplar, vertices[shown])
         | other_before
@@ -188,8 +196,11 @@ def continue_photo(
     unlike = ((hairy & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     return Continuation(
         labels=labels,
+        materials=materials,
         expected=in_palette(
-            _smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), labels, seen.known
+            _smooth(seen, labels, own, panel_colors, twins=twins, doubtful=doubtful | unlike),
+            labels,
+            seen.known,
         ),
         doubtful=doubtful | unlike,
         neighbors=own,
@@ -251,10 +262,17 @@ def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def _smooth(
-    seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray
+    seen: Seen,
+    labels: IntArray,
+    neighbors: IntArray,
+    panel_colors: FloatArray,
+    *,
+    twins: BoolArray,
+    doubtful: BoolArray,
 ) -> FloatArray:
     """Smooth the expected colors (V, 3) within each label. Vertices with `twins` (V,) take the
-    colors of the other side; `doubtful` (V,) ones have no weight."""
+    colors of the other side; `doubtful` (V,) ones have no weight. Hidden vertices of panels have
+    the `panel_colors` (V, 3), NaN elsewhere."""
     from scipy.spatial import cKDTree
 
     spacing = float(
@@ -268,9 +286,11 @@ def _smooth(
         )
         * ~doubtful
     )[:, None]
-    colors = seen.colors + np.where(
+    told = np.isfinite(panel_colors[:, 0]) & ~seen.known
+    own = np.where(told[:, None], panel_colors, seen.colors)
+    colors = own + np.where(
         twins[:, None],
-        _hue_share(seen.colors, seen.colors[seen.twin]) * (seen.colors[seen.twin] - seen.colors),
+        _hue_share(own, seen.colors[seen.twin]) * (seen.colors[seen.twin] - own),
         0.0,
     )
     value = weight * np.nan_to_num(colors)

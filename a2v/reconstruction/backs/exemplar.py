@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.backs.seen import LOWER, SKIN, UPPER
+from a2v.reconstruction.backs.panels import PANELS_APART, SHADE
+from a2v.reconstruction.backs.seen import KINDS, LOWER, SKIN, UPPER
 from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -108,10 +109,13 @@ def make_exemplar(
         base[own] = _base(small, own, own & square, meter, plain=BARE if kind == SKIN else FINE)[
             own
         ]
-        good = _inner(own & square, 0.012 * meter)
+        alike = own & square
+        if kind >= len(KINDS):  # a panel: what has another color in it does not continue
+            alike &= _alike(small, alike)
+        good = _inner(alike, 0.012 * meter)
         odd = (
             non_repeating(small, own & square, own & square & turned, meter) & own
-            if kind in (UPPER, LOWER)
+            if kind in (UPPER, LOWER) or kind >= len(KINDS)
             else np.zeros_like(own)
         )
         prints |= odd
@@ -129,6 +133,16 @@ def _base(
         return fine
     between = np.abs(fine - broad)[clear]  # not the mean: borders between two colors are no pattern
     return broad if len(between) and float(np.quantile(between, 0.75)) > PATTERN else fine
+
+
+def _alike(image: FloatArray, region: BoolArray) -> BoolArray:
+    """Return which pixels (H, W) have about the median color of a region (H, W)."""
+    from skimage.color import rgb2lab
+
+    if not region.any():
+        return region
+    lab = rgb2lab(np.clip(image, 0, 1)) * SHADE
+    return np.asarray(np.linalg.norm(lab - np.median(lab[region], axis=0), axis=2) < PANELS_APART)
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:

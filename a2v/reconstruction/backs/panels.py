@@ -1,0 +1,296 @@
+"""Panels of a garment: areas of another color than the rest, with sharp borders.
+
+A jacket may have white flanks, a shirt a yellow side. Where the photo ends within such a panel, its
+color must not fade into the color of the garment over the unseen side: a panel continues a little,
+and ends at a border.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.parts import on_parts
+from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
+from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, Seen, lab_of
+from a2v.reconstruction.palettes import palette_distance
+from a2v.types import BoolArray, FloatArray, IntArray
+
+SHADE = np.array([0.8, 1.0, 1.0])
+"""Weights of lightness, a and b: shadows are the same color."""
+_COLORS = 6
+"""Largest number of colors of a garment before similar ones are joined."""
+PANELS_APART = 30.0
+"""Distance of two colors of a garment from which on they are panels, CIELAB units."""
+_LEAST = 150
+"""Smallest number of visible vertices of a garment, of which the colors are found."""
+_SHARE = 0.03
+"""Smallest share of the visible vertices of a garment that is a panel."""
+_PURE = 0.75
+"""Smallest share of a panel's vertices whose neighborhood mostly has the same color. Stripes,
+checks and camouflage have less: their colors are detail, and no panels."""
+_SMOOTHING = 6
+"""Rounds of votes among visible vertices."""
+_ROUNDS = 30
+"""Rounds of votes over the unseen side."""
+_BELIEF = 6.0
+"""Difference of cost, CIELAB units, that makes a panel e times as likely when neighbors vote."""
+_VOTE = 14.0
+"""Cost of a panel that no neighbor has, CIELAB units."""
+_EXPECTED = 0.4
+"""Weight of the distance from the expected color."""
+_MOST_EXPECTED = 40.0
+"""Largest distance from the expected color that counts, CIELAB units."""
+_FREE = 0.03
+"""Distance from its nearest visible vertex up to which a panel on one side goes on, meters."""
+_REACH = (300.0, 24.0)
+"""Cost of such a panel per meter beyond, and the largest one, CIELAB units."""
+_BAND = (0.4, 0.8)
+"""Share of the visible vertices at a level up to which a panel is on one side, and from which on it
+is a band around the body."""
+_LEVEL = 24
+"""Number of visible vertices at the same level of which the share of a panel is found."""
+_TELLING = 60
+"""Number of visible vertices that tell the color of a hidden one."""
+
+
+def find_panels(seen: Seen, labels: IntArray) -> tuple[IntArray, FloatArray]:
+    """Split the garments into panels.
+
+    Parameters
+    ----------
+    seen : Seen
+    labels : (V,) int
+        Index into `KINDS`.
+
+    Returns
+    -------
+    panels : (V,) int
+        0 outside of garments that have panels; other numbers differ between garments.
+    colors : (V, 3) float64
+        Color that the photo shows nearby of the same panel, sRGB; NaN outside of panels.
+    """
+    panels, colors = np.zeros(len(labels), int), np.full((len(labels), 3), np.nan)
+    count = 0
+    for kind in (UPPER, LOWER):
+        own = labels == kind
+        if seen.strands is not None:
+            own &= ~seen.strands
+        found = _of_garment(_Garment.of(seen, own))
+        if found is None:
+            continue
+        panel, nearby = found
+        panels[own], colors[own] = panel + count + 1, nearby
+        count += int(panel.max()) + 1
+    return panels, colors
+
+
+@dataclass(frozen=True, eq=False)
+class _Garment:
+    """The n vertices of one garment.
+
+    Attributes
+    ----------
+    places : (n, 3) float64
+        At rest if that is known, meters.
+    parts : (n,) int
+    colors : (n, 3) float64
+        sRGB; expected ones where they are not `known`.
+    known, held : (n,) bool
+        Vertices that the photo shows, and those that it shows at least on the mirrored side.
+    twin : (n,) int
+        Number of the mirrored vertex where only that one is visible; elsewhere the vertex itself.
+    near : (n, N) int
+        Neighbors in the garment; the vertex itself in place of others.
+    """
+
+    places: FloatArray
+    parts: IntArray
+    colors: FloatArray
+    known: BoolArray
+    held: BoolArray
+    twin: IntArray
+    near: IntArray
+
+    @classmethod
+    def of(cls, seen: Seen, own: BoolArray) -> _Garment:
+        """The garment of the vertices `own` (V,)."""
+        vertices = np.flatnonzero(own)
+        itself = np.arange(len(vertices))
+        number = np.full(len(own), -1)
+        number[vertices] = itself
+        near, known, twin = number[seen.neighbors[vertices]], seen.known[vertices], seen.twin
+        there = np.where(twin[vertices] >= 0, number[twin[vertices]], -1)
+        lent = ~known & (there >= 0) & known[there]
+        return cls(
+            places=np.asarray((seen.vertices if seen.rest is None else seen.rest)[vertices], float),
+            parts=seen.parts[vertices],
+            colors=np.asarray(seen.colors[vertices], float),
+            known=known,
+            held=known | lent,
+            twin=np.where(lent, there, itself),
+            near=np.where(near >= 0, near, itself[:, None]),
+        )
+
+
+def _of_garment(garment: _Garment) -> tuple[IntArray, FloatArray] | None:
+    """The panel (n,) of each vertex, and the color (n, 3) that the photo shows of that panel
+    nearby; None for a garment of one color, or with a pattern."""
+    known = garment.known
+    if known.sum() < _LEAST or known.all():
+        return None
+    found = _visible_panels(garment)
+    if found is None:
+        return None
+    away, panel = found
+    panel = _continued(garment, _costs(garment, away, panel), panel)
+    colors = garment.colors.copy()
+    for one in np.unique(panel):
+        shown, hidden = known & (panel == one), ~known & (panel == one)
+        if hidden.any():
+            colors[hidden] = _mean_nearby(garment, shown, hidden)
+    return panel, colors
+
+
+def _costs(garment: _Garment, away: FloatArray, panel: IntArray) -> FloatArray:
+    """Cost (n, K) of each panel at each vertex, from the distances `away` (n, K) of the colors and
+    the visible places of each panel."""
+    from scipy.spatial import cKDTree
+
+    cost = _EXPECTED * np.minimum(away, _MOST_EXPECTED)
+    level = _level_shares(garment, panel, away.shape[1])
+    for one in range(away.shape[1]):
+        shown = garment.places[garment.known & (panel == one)]
+        far = cKDTree(shown).query(garment.places, workers=1)[0]
+        # a band around the body goes on at its height, a panel on one side ends
+        one_side = np.clip((_BAND[1] - level[:, one]) / (_BAND[1] - _BAND[0]), 0, 1)
+        cost[:, one] += one_side * np.clip(_REACH[0] * (far - _FREE), 0, _REACH[1])
+    return cost
+
+
+def _continued(garment: _Garment, cost: FloatArray, panel: IntArray) -> IntArray:
+    """Extend the visible `panel` (n,) to the unseen side, where the `cost` (n, K) and the votes of
+    neighbors are least."""
+    mixing, told = neighbor_mean(garment.near), panel[garment.twin]
+    total = cost.copy()
+    for _ in range(_ROUNDS):
+        vote = np.exp(-(total - total.min(axis=1, keepdims=True)) / _BELIEF)
+        vote /= vote.sum(axis=1, keepdims=True)
+        vote[garment.held] = np.eye(cost.shape[1])[told[garment.held]]
+        total = cost + _VOTE * (1 - mixing @ vote)
+    result = np.where(garment.held, told, total.argmin(axis=1))
+    for _ in range(cost.shape[1] - 1):
+        # an area that touches nothing visible of its panel is a wrong expectation
+        piece = _pieces(result, garment.near)
+        loose = np.bincount(piece, garment.held)[piece] == 0
+        if not loose.any():
+            break
+        total[loose, result[loose]] = np.inf
+        result[loose] = total[loose].argmin(axis=1)
+    return np.asarray(result)
+
+
+def _mean_nearby(garment: _Garment, shown: BoolArray, hidden: BoolArray) -> FloatArray:
+    """Mean color of the `shown` (n,) vertices nearest to each of the `hidden` (n,) ones."""
+    from scipy.spatial import cKDTree
+
+    count = min(_TELLING, int(shown.sum()))
+    _, nearest = cKDTree(garment.places[shown]).query(
+        garment.places[hidden], k=[*range(1, count + 1)], workers=1
+    )
+    return np.asarray(garment.colors[shown][nearest].mean(axis=1))
+
+
+def _level_shares(garment: _Garment, panel: IntArray, count: int) -> FloatArray:
+    """Share (n, K) of each panel among the visible vertices of the same limb at the same level:
+    height on the trunk, the way along its longest axis on a limb."""
+    from scipy.spatial import cKDTree
+
+    places, shares = garment.places, np.zeros((len(garment.places), count))
+    for names in LIMB_PARTS:
+        own = np.flatnonzero(on_parts(garment.parts, *names))
+        shown = own[garment.known[own]]
+        if len(shown) < _LEVEL:
+            continue
+        if "torso" in names:
+            along = places[:, 1]
+        else:
+            around = places[own] - places[own].mean(axis=0)
+            along = (places - places[own].mean(axis=0)) @ np.linalg.svd(
+                around, full_matrices=False
+            )[2][0]
+        _, near = cKDTree(along[shown, None]).query(along[own, None], k=_LEVEL, workers=1)
+        shares[own] = np.eye(count)[panel[shown][near]].mean(axis=1)
+    return shares
+
+
+def _pieces(member: IntArray, near: IntArray) -> IntArray:
+    """Index (n,) of the connected piece of the same panel to which each vertex belongs."""
+    piece = np.zeros(len(member), int)
+    for panel in np.unique(member):
+        own = member == panel
+        piece[own] = piece.max() + 1 + joined_pieces(own, near)[own]
+    return piece
+
+
+def _visible_panels(garment: _Garment) -> tuple[FloatArray, IntArray] | None:
+    """The distance (n, K) of each vertex from the colors of the panels, CIELAB units, and the panel
+    (n,) of those that are known; None if there are not two.
+
+    Colors without an area of their own join the nearest one.
+    """
+    lab, known, mixing = lab_of(garment.colors), garment.known, neighbor_mean(garment.near)
+    centers, size = _colors(lab[known])
+    while len(centers) > 1:
+        away = np.stack([palette_distance(lab, one[None], SHADE) for one in centers], axis=1)
+        raw = away.argmin(axis=1)
+        belief = np.eye(len(centers))[raw] * known[:, None]
+        for _ in range(_SMOOTHING):
+            belief = mixing @ belief
+        member = np.where(belief.max(axis=1) > 0, belief.argmax(axis=1), raw)
+        mine = np.bincount(member[known], minlength=len(centers))
+        pure = np.bincount(member[known & (raw == member)], minlength=len(centers)) / np.maximum(
+            mine, 1
+        )
+        share = mine / max(int(known.sum()), 1)
+        poor = np.flatnonzero((pure < _PURE) | (share < _SHARE))
+        if not len(poor):
+            return away, member
+        worst = int(share.argmin()) if share.min() < _SHARE else int(pure.argmin())
+        gap = np.linalg.norm((centers - centers[worst]) * SHADE, axis=1)
+        gap[worst] = np.inf
+        centers, size = _joined(centers, size, int(gap.argmin()), worst)
+    return None
+
+
+def _colors(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Colors (K, 3) of a garment, CIELAB, at least `PANELS_APART` from each other, and the number
+    (K,) of vertices of each."""
+    from scipy.cluster.vq import kmeans2
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a garment may have fewer colors
+        centers, member = kmeans2(lab * SHADE, _COLORS, minit="++", seed=0)
+    size = np.bincount(member, minlength=_COLORS).astype(float)
+    centers, size = centers[size > 0] / SHADE, size[size > 0]
+    while len(centers) > 1:
+        gap = np.linalg.norm((centers[:, None] - centers) * SHADE, axis=2)
+        np.fill_diagonal(gap, np.inf)
+        first, second = np.unravel_index(int(gap.argmin()), gap.shape)
+        if gap[first, second] >= PANELS_APART:
+            break
+        centers, size = _joined(centers, size, int(first), int(second))
+    return centers, size
+
+
+def _joined(
+    centers: FloatArray, size: FloatArray, first: int, second: int
+) -> tuple[FloatArray, FloatArray]:
+    """Join the `second` color to the `first`."""
+    centers, size = centers.copy(), size.copy()
+    total = size[first] + size[second]
+    centers[first] = (size[first] * centers[first] + size[second] * centers[second]) / total
+    size[first] = total
+    return np.delete(centers, second, axis=0), np.delete(size, second)

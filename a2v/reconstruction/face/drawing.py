@@ -10,6 +10,7 @@ import dataclasses
 import numpy as np
 
 from a2v.body.face import face_landmarks
+from a2v.geometry.images import sample_image
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.face.places import placing_points
 from a2v.types import FloatArray, OrthographicCamera, Surface
@@ -20,6 +21,12 @@ value of the kernel."""
 _FADE = (0.05, 0.4)
 """Distances from the landmarks: up to the first the photo moves with them, from the second on it
 does not move; in widths of the face."""
+_BETWEEN = (107, 336, 285, 55)
+"""Landmarks around the skin between the brows: their inner ends."""
+_BESIDE = (151, 108, 337, 6, 197)
+"""Landmarks on forehead and bridge of the nose, whose median color it has."""
+_SOFT = 0.1
+"""Softness of its border, as a share of its diagonal."""
 _STEP = 2
 """Distance between the pixels at which the displacement is computed."""
 
@@ -46,7 +53,8 @@ def drawn_over(
     landmarks[:, :2] = lying
     made = dataclasses.replace(surface, face=dataclasses.replace(surface.face, landmarks=landmarks))
     # the outline of a turned face is not a fixed line on the skin
-    lying, shown = (
+    own, lying, shown = (
+        lying,
         placing_points(lying),
         placing_points(surface.face.landmarks[:, :2].astype(np.float64)),
     )
@@ -88,4 +96,20 @@ def drawn_over(
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return result, made
+    return _brows_apart(result, own), made
+
+
+def _brows_apart(photo: FloatArray, landmarks: FloatArray) -> FloatArray:
+    """Draw skin between the brows.
+
+    A brow that reaches the outline of a turned face would otherwise meet its mirror image.
+    """
+    import cv2
+
+    region = np.zeros(photo.shape[:2], np.uint8)
+    corners = landmarks[list(_BETWEEN)]
+    cv2.fillConvexPoly(region, np.round(16 * corners).astype(np.int32), 255, cv2.LINE_AA, 4)
+    wide = float(np.linalg.norm(np.ptp(corners, axis=0)))
+    share = cv2.GaussianBlur(region.astype(np.float32) / 255, (0, 0), max(_SOFT * wide, 0.5))
+    skin = np.median(sample_image(photo, landmarks[list(_BESIDE)]), axis=0)
+    return np.asarray(photo + share[..., None] * (skin - photo), np.float32)

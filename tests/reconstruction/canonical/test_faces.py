@@ -84,6 +84,24 @@ def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(
     assert np.hypot(column - expected[4, 0], row - expected[4, 1]) > 5.0
 
 
+def test_the_brows_of_a_turned_face_do_not_meet(averted: Reconstruction) -> None:
+    """In profile a brow reaches the outline of the face."""
+    places = CAMERA.project(lying(averted.surface))
+    brow = np.abs(np.arange(2048) - places[9, 1]) < 0.1 * np.ptp(places[:, 1])
+    photo = np.tile(np.where(brow, 0.1, 0.7)[:, None, None], (1, 2048, 3)).astype(np.float32)
+    surface = averted.surface
+    assert surface.face is not None
+    landmarks = surface.face.landmarks.copy()
+    landmarks[:, :2] = places  # the photo's face already lies where the surface's does
+    surface = dataclasses.replace(
+        surface, face=dataclasses.replace(surface.face, landmarks=landmarks)
+    )
+    moved, _ = drawn_over(photo, surface, CAMERA)
+    middle, outer = places[[107, 336, 285, 55]].mean(axis=0), places[[70, 300]]
+    assert moved[int(middle[1]), int(middle[0]), 0] > 0.6
+    assert moved[int(places[9, 1]), int(outer[:, 0].min()) - 20, 0] == pytest.approx(0.1, abs=0.01)
+
+
 def test_what_the_photo_hides_of_a_head_is_the_other_half(
     body: Body, dressed: Reconstruction
 ) -> None:

@@ -261,7 +261,7 @@ def color_surface(
         told = known | lent
         hat, outer = continued.patterned, known & ~mouth
         base = even_tones(base, outer, told, labels=continued.labels, bare=bare, patterned=hat)
-        base = combed(base, known, canvas, continued.labels)
+        base = combed(base, known, canvas, continued.labels, mouth)
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 

@@ -75,7 +75,9 @@ def even_tones(
     return result
 
 
-def combed(base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray) -> FloatArray:
+def combed(
+    base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray, mouth: BoolArray
+) -> FloatArray:
     """Give unseen hair of a person with long hair the colors (V, 3) of the visible hair near it,
     and streaks along the strands. Short hair is returned unchanged.
 
@@ -85,6 +87,8 @@ def combed(base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray)
         Visible vertices.
     labels : (V,) int
         Index into `a2v.reconstruction.backs.seen.KINDS`.
+    mouth : (V,) bool
+        The dark inside of the mouth, which may be labeled as hair.
     """
     if canvas.strands is None:
         return base
@@ -93,6 +97,7 @@ def combed(base: FloatArray, known: BoolArray, canvas: Canvas, labels: IntArray)
 
     strands, rest = canvas.strands, canvas.rest
     hair = ((labels == HAIR) & on_parts(canvas.parts, "head")) | (strands >= 0)
+    hair &= ~mouth
     shown, hidden = hair & known, hair & ~known
     if shown.sum() < _AROUND_STRAND or not hidden.any():
         return base

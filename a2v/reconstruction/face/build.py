@@ -19,6 +19,8 @@ from a2v.body.face import (
     teeth,
 )
 from a2v.body.flat import flattened
+from a2v.body.parts import on_parts
+from a2v.body.skin import outer_skin
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
@@ -26,7 +28,17 @@ from a2v.reconstruction.face.bends import Bend, Placing
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
-from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
+from a2v.types import (
+    Body,
+    BoolArray,
+    Camera,
+    Face,
+    FloatArray,
+    IntArray,
+    Reconstruction,
+    Subject,
+    Surface,
+)
 
 TURNED = 38.0
 """Largest angle of a face from the camera, degrees. Beyond it a fused surface gets no expressions,
@@ -49,6 +61,8 @@ the front."""
 _EYE_REACH = (0.027, 0.036)
 """Distances from the middle of an eye up to which its expressions have full strength, and at which
 they end, meters."""
+_BEFORE = 5.0
+"""Depth in front of everything, meters."""
 _LEAST = 1e-5
 """Length below which offsets are dropped, meters."""
 
@@ -314,15 +328,30 @@ def _follow_surface(
     chosen = np.concatenate([rim, np.setdiff1d(seen, rim)[::12]])
     bent = bend(posed[chosen])
     rays = np.concatenate(
-        [bent[:, :2], np.full((len(bent), 1), 5.0), np.tile([0, 0, -1.0], (len(bent), 1))], axis=1
+        [bent[:, :2], np.full((len(bent), 1), _BEFORE), np.tile([0, 0, -1.0], (len(bent), 1))],
+        axis=1,
     )
-    depth = 5.0 - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))[
+    depth = _BEFORE - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))[
         "t_hit"
     ].numpy().astype(np.float64)
     shift = depth - bent[:, 2]
-    good = np.isfinite(shift) & (np.abs(shift - np.median(shift[np.isfinite(shift)])) < 0.02)
+    good = np.isfinite(shift) & ~behind_limb(body, bent)
+    if good.any():
+        good &= np.abs(shift - np.median(shift[good])) < 0.02
     on_rim = np.arange(len(chosen)) < len(rim)
     bend.follow(bent[good, :2], shift[good], np.where(on_rim[good], 1e-6, 1e-3))
+
+
+def behind_limb(body: Body, points: FloatArray) -> BoolArray:
+    """Return whether another part of the body, a hand or an arm, lies before the head at the pixels
+    of points (n, 3); `body` is that of the flat frame (`flattened`)."""
+    from a2v.geometry.rays import RayScene
+
+    skin, faces, parts = outer_skin(body)
+    origins = np.concatenate([points[:, :2], np.full((len(points), 1), _BEFORE)], axis=1)
+    met = RayScene(skin, faces).cast(origins.astype(np.float32), np.array([0, 0, -1], np.float32))
+    first = parts[faces[np.where(met.hit, met.face, 0), 0]]
+    return np.asarray(met.hit & ~on_parts(first, "head", "neck"))
 
 
 def _expressions(

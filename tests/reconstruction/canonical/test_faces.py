@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from a2v.body.face import face_landmarks
+from a2v.body.face import face_landmarks, points_on_face
 from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs.seen import HAIR, UPPER
@@ -15,7 +15,7 @@ from a2v.reconstruction.bake import _of_hair
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.colored import ColoredMesh
-from a2v.reconstruction.face.build import turned_away
+from a2v.reconstruction.face.build import behind_limb, turned_away
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.other_half import lent_to, of_other_half
 from a2v.reconstruction.projection import PhotoProjection
@@ -82,6 +82,22 @@ def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(
     assert max(np.ptp(rows), np.ptp(columns)) < 25  # nothing is shown twice
     assert np.hypot(columns.mean() - expected[4, 0], rows.mean() - expected[4, 1]) < 3.0
     assert np.hypot(column - expected[4, 0], row - expected[4, 1]) > 5.0
+
+
+def test_a_face_behind_a_hand_stays_on_the_head(body: Body, averted: Reconstruction) -> None:
+    """The surface at such a face's pixels is that of the hand, which says nothing of its depth."""
+    hand, head = on_parts(body.parts, "left_hand", "left_lower_arm"), on_parts(body.parts, "head")
+    vertices = body.vertices.copy()
+    place = vertices[head].mean(axis=0) + np.array([0.03, 0.0, 0.25])
+    vertices[hand] = place + 2.0 * (vertices[hand] - vertices[hand].mean(axis=0))
+    raised = dataclasses.replace(body, vertices=vertices)
+    covered = behind_limb(raised, points_on_face(vertices))
+    assert 0.3 < covered.mean() < 1
+    assert not behind_limb(body, points_on_face(body.vertices)).any()
+    subject = photographed(body, turned=55.0)
+    dressed = coated(raised, cell=0.012, coat=0.005)
+    surface = canonical_person(Sight(subject, raised, CAMERA, dressed)).surface
+    assert np.abs(lying(surface) - lying(averted.surface)).max() < 0.06  # on the hand: 0.28
 
 
 def test_the_brows_of_a_turned_face_do_not_meet(averted: Reconstruction) -> None:

@@ -159,14 +159,18 @@ def test_unseen_strands_have_the_tone_of_the_visible_ones_and_streaks() -> None:
     base = np.random.default_rng(1).normal([0.4, 0.25, 0.2], 0.02, (1200, 3))
     known, labels = rows.ravel() < 20, np.full(1200, HAIR)
     base[~known] = [0.1, 0.8, 0.1]
-    result = combed(base, known, canvas, labels)
+    mouth = np.zeros(1200, bool)
+    mouth[30 * 18 : 30 * 20] = True
+    base[mouth] = [0.17, 0.0, 0.0]
+    result = combed(base, known, canvas, labels, mouth)
     assert (result[known] == base[known]).all()
+    assert result[~known][:30, 1].min() > 0.15  # beside the mouth
     assert np.abs(result[~known].mean(axis=0) - [0.4, 0.25, 0.2]).max() < 0.05
     assert result[-30:].std(axis=0).max() > 0.003  # from strand to strand
-    assert (combed(base, known & (rest[:, 0] < 0), canvas, labels) == base).all()
+    assert (combed(base, known & (rest[:, 0] < 0), canvas, labels, mouth) == base).all()
     assert (canvas.owners == len(PARTS)).all()
     short = dataclasses.replace(canvas, strands=None)
-    assert (combed(base, known, short, labels) == base).all()
+    assert (combed(base, known, short, labels, mouth) == base).all()
     assert (short.owners == PARTS.index("head")).all()
 
 

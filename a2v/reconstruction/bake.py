@@ -77,6 +77,10 @@ def bake(
         sharp = np.zeros((len(corner), 3), np.float32)
         sharp[asked] = sample_image(photo.clean, pixels[asked])
         if paint is not None:
+            if photo.canvas is not None:  # an eye that the nose hides has the colors of the other
+                far = np.flatnonzero(paint.far[strongest])
+                there = within(vertices, photo.canvas.twin[corner[far]], weight[far])
+                pixels[far] = photo.camera.project(there)
             sharp[eye] = sample_image(paint.eyes, pixels[eye])
         asked = np.flatnonzero(((trust[:, 0] < 1) & (beyond[:, 0] < 1)) | bool(others))
         smooth = np.zeros((len(corner), 3))

@@ -16,12 +16,11 @@ from a2v.geometry.mesh import cotangent_weights, factored, laplacian
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.reconstruction.face.build import (
-    TURNED,
     BentFace,
     FaceSettings,
     bend_face,
     face_of,
-    turned_away,
+    is_averted,
 )
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
@@ -133,9 +132,8 @@ def lay_face(
     bent = bend_face(surface, subject, body, camera, settings=settings, most=_MOST)
     if isinstance(bent, str):
         return Laid(bent)
-    return Laid(
-        "anny", bent, small, subject.face is not None and turned_away(subject.face) > TURNED
-    )
+    averted = subject.face is not None and is_averted(subject.face, body, camera)
+    return Laid("anny", bent, small, averted)
 
 
 def face_width(landmarks: FloatArray) -> float:

@@ -43,6 +43,8 @@ from a2v.types import (
 TURNED = 38.0
 """Largest angle of a face from the camera, degrees. Beyond it a fused surface gets no expressions,
 and a canonical one keeps the features of the model."""
+_BOTH_TURNED = 44.0
+"""The same for the mean of the angles of the face and of the fitted head."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
 """Scale of the teeth of the model, which are too large for its mouth. Scaled, they are hidden by
 closed lips and visible between open lips."""
@@ -145,6 +147,18 @@ def turned_away(landmarks: FloatArray) -> float:
     )
 
 
+def is_averted(landmarks: FloatArray, body: Body, camera: Camera) -> bool:
+    """Return whether a face with mediapipe's landmarks (478, 3) is turned too far away to show its
+    features: by its landmarks, or by their mean with the head of the fitted body, if hair covers
+    the face."""
+    turned = turned_away(landmarks)
+    points = camera.flatten(points_on_face(body.vertices))
+    places = np.concatenate(
+        [camera.flat.project(points), camera.flat.scale * points[:, 2:]], axis=1
+    )
+    return turned > TURNED or (turned + turned_away(places)) / 2 > _BOTH_TURNED
+
+
 def _unfit(subject: Subject, most: float) -> str:
     """Reason why the face of the photo cannot be used, if it may be turned away by `most` degrees;
     empty if it can."""
@@ -200,7 +214,7 @@ def bend_face(
     """Lay the face of the body on that of the photo and on `surface`, bent in the flat frame of the
     camera. Returns the reason if this is not possible.
 
-    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the features of
+    A face that is turned away (`is_averted`) by up to `most` degrees keeps the features of
     the body: it is only moved, turned and scaled, because the photo shows little of the width of
     its far half.
     """
@@ -217,7 +231,7 @@ def bend_face(
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
     flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
-    if turned_away(subject.face) > TURNED:
+    if is_averted(subject.face, body, camera):
         flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)

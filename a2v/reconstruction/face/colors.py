@@ -42,12 +42,15 @@ class FacePaint:
         Their colors, sRGB in [0, 1].
     eyes : (H, W, 3) float32
         The photo with whole eyeballs, without lids.
+    far : (V,) bool
+        Vertices of the eyeball that a turned face hides.
     """
 
     kinds: IntArray
     inner: IntArray
     colors: FloatArray
     eyes: FloatArray
+    far: BoolArray
 
 
 def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
@@ -97,7 +100,24 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
         shaded,
         np.where(which == FACE_KINDS.index("tongue"), tongue, row),
     )
-    return FacePaint(kinds, inner, np.clip(colors, 0, 1), _eyeballs(photo, points, light))
+    return FacePaint(
+        kinds,
+        inner,
+        np.clip(colors, 0, 1),
+        _eyeballs(photo, points, light),
+        _far_eye(surface, kinds == EYE),
+    )
+
+
+def _far_eye(surface: Surface, eyes: BoolArray) -> BoolArray:
+    """Return which vertices (V,) of the `eyes` (V,) belong to the farther one of a turned face."""
+    if not surface.provenance.get("turned_face") or surface.standing is None or not eyes.any():
+        return np.zeros_like(eyes)
+    across = surface.standing.vertices[:, 0]
+    left = eyes & (across > across[eyes].mean())
+    depth = surface.vertices[:, 2]
+    nearer = depth[left].mean() > depth[eyes & ~left].mean()
+    return eyes & ~left if nearer else left
 
 
 def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from a2v.body.face import face_landmarks, points_on_face
 from a2v.body.parts import PARTS, on_parts
@@ -14,8 +15,11 @@ from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.bake import _of_hair
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
+from a2v.reconstruction.color import ColorSettings
 from a2v.reconstruction.colored import ColoredMesh
-from a2v.reconstruction.face.build import behind_limb, turned_away
+from a2v.reconstruction.colorings import color_by_photo
+from a2v.reconstruction.face.build import behind_limb, is_averted, turned_away
+from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.other_half import lent_to, of_other_half
 from a2v.reconstruction.projection import PhotoProjection
@@ -98,6 +102,59 @@ def test_a_face_behind_a_hand_stays_on_the_head(body: Body, averted: Reconstruct
     dressed = coated(raised, cell=0.012, coat=0.005)
     surface = canonical_person(Sight(subject, raised, CAMERA, dressed)).surface
     assert np.abs(lying(surface) - lying(averted.surface)).max() < 0.06  # on the hand: 0.28
+
+
+def test_a_face_is_averted_by_its_landmarks_or_by_those_and_the_head(body: Body) -> None:
+    def found(landmarks: float, head: float) -> bool:
+        face = photographed(body, turned=landmarks).face
+        turn = Rotation.from_euler("y", head, degrees=True).as_matrix()
+        turned = dataclasses.replace(body, vertices=(body.vertices @ turn.T).astype(np.float32))
+        assert face is not None
+        return is_averted(face, turned, CAMERA)
+
+    assert not found(20.0, 20.0)
+    assert found(45.0, 0.0)
+    assert found(33.0, 60.0)  # hair covers the face
+    assert not found(5.0, 45.0)  # one of both is wrong
+
+
+def test_the_eye_that_a_turned_face_hides_has_the_colors_of_the_other(
+    averted: Reconstruction, body: Body
+) -> None:
+    surface = averted.surface
+    assert surface.standing is not None
+    paint = face_paint(surface, np.full((2048, 2048, 3), 0.5, np.float32))
+    assert paint is not None
+    sides = surface.standing.vertices[paint.far, 0]
+    assert (sides > 0).all() or (sides < 0).all()
+    eyes = paint.kinds == EYE
+    assert paint.far.sum() == pytest.approx(eyes.sum() / 2, abs=2)
+    assert surface.vertices[paint.far, 2].mean() < surface.vertices[eyes & ~paint.far, 2].mean()
+    frontal = dataclasses.replace(surface, provenance={})
+    forward = face_paint(frontal, np.full((2048, 2048, 3), 0.5, np.float32))
+    assert forward is not None
+    assert not forward.far.any()
+    subject = photographed(body, turned=55.0)
+    image = subject.image.copy()  # green where the farther half of the face is
+    near = CAMERA.project(surface.vertices[eyes & ~paint.far]).mean(axis=0)
+    middle = CAMERA.project(lying(surface))[6, 0]
+    side = np.arange(2048) > middle if near[0] < middle else np.arange(2048) < middle
+    image[:, side], image[:, ~side] = (20, 230, 20), (220, 60, 200)
+    colored = color_by_photo(
+        averted,
+        dataclasses.replace(subject, image=image),
+        body,
+        CAMERA,
+        settings=ColorSettings(texture=512, delight=False),
+    )
+    assert colored.uv is not None
+    assert colored.texture is not None
+    shown = paint.far[colored.faces].all(axis=1)
+    places = colored.uv[shown].mean(axis=1)
+    texels = colored.texture[
+        (512 * (1 - places[:, 1])).astype(int), (512 * places[:, 0]).astype(int)
+    ].astype(int)
+    assert (texels[:, 1] < texels[:, 0]).mean() > 0.9
 
 
 def test_the_brows_of_a_turned_face_do_not_meet(averted: Reconstruction) -> None:

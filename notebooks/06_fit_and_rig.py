@@ -284,6 +284,6 @@ for ax, azimuth in zip(axes, (0, 60, 180), strict=True):
 #
 # *Answers.* 1: compare `character.parts` with the parts of those anchors: most that differ lie
 # where an arm hangs beside the trunk and between the legs, exactly the places that tear when the
-# person moves. 2: hardly any: Eq. 18 falls from 22.3 to 21.5, the landmarks go from .58 to .62 %,
-# and the surface stays at .97 cm. Joints and surface already say which pose it is. The prior is for
+# person moves. 2: hardly any: Eq. 18 falls from 22.7 to 21.6, the landmarks go from .48 to .50 %,
+# and the surface stays at .98 cm. Joints and surface already say which pose it is. The prior is for
 # what they do not show.

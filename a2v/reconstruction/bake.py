@@ -77,11 +77,7 @@ def bake(
         sharp = np.zeros((len(corner), 3), np.float32)
         sharp[asked] = sample_image(photo.clean, pixels[asked])
         if paint is not None:
-            if photo.canvas is not None:  # an eye that the nose hides has the colors of the other
-                far = np.flatnonzero(paint.far[strongest])
-                there = within(vertices, photo.canvas.twin[corner[far]], weight[far])
-                pixels[far] = photo.camera.project(there)
-            sharp[eye] = sample_image(paint.eyes, pixels[eye])
+            sharp[eye] = _eye_colors(photo, mesh, paint, corner[eye], weight[eye])
         asked = np.flatnonzero(((trust[:, 0] < 1) & (beyond[:, 0] < 1)) | bool(others))
         smooth = np.zeros((len(corner), 3))
         smooth[asked] = (
@@ -111,6 +107,22 @@ def bake(
         colors[faces[padded.slivers]].mean(axis=1) * 255 + 0.5, 0, 255
     ).astype(np.uint8)
     return atlas.uv, texture[padded.nearest[0], padded.nearest[1]]
+
+
+def _eye_colors(
+    photo: PhotoProjection,
+    mesh: ColoredMesh,
+    paint: FacePaint,
+    corner: IntArray,
+    weight: FloatArray,
+) -> FloatArray:
+    """Colors (n, 3) of places on the eyeballs with `corner` (n, 3) vertices and barycentric
+    `weight` (n, 3, 1). An eye that the nose hides has the colors of the other one."""
+    if photo.canvas is not None:
+        far = paint.far[corner].any(axis=1)
+        corner = np.where(far[:, None], photo.canvas.twin[corner], corner)
+    pixels = photo.camera.project(within(mesh.vertices, corner, weight))
+    return np.asarray(sample_image(paint.eyes, pixels))
 
 
 @dataclass(frozen=True, eq=False)

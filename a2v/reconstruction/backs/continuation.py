@@ -142,14 +142,7 @@ def continue_photo(
     photo."""
     import cv2
 
-    labels, strange = label_surface(seen)
-    if seen.rest is not None:
-        parts = (
-            seen.parts
-            if seen.cloth is None
-            else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
-        )
-        labels = around(labels, seen.rest, parts, seen.known)
+    labels, strange = _labels(seen)
     vertices = np.asarray(seen.vertices, np.float64)
     panels, panel_colors = find_panels(seen, labels)
     materials = np.where(panels > 0, len(KINDS) + panels, labels)
@@ -166,16 +159,10 @@ def continue_photo(
         seen.neighbors,
         np.arange(len(labels))[:, None],
     )
-    # the heel of a shoe does not look like its laces; skin is even, and details of visible skin are
-    # features, or shadows of hair and fingers
-    even = (labels == SHOES) | seen.on(*HANDS) | ((labels == SKIN) & seen.on(*HEAD_PARTS))
-    if seen.strands is not None:
-        even |= seen.strands  # its details run along the strands
-    woven = np.where(even, 0, materials)
     place, continues = match_surface(
         exemplar,
         Unrolled(vertices, maps, seen.neighbors),
-        woven,
+        np.where(_is_even(seen, labels), 0, materials),
         home=exemplar.camera.project(vertices[shown]),
         known=seen.known,
         seed=seed,
@@ -212,6 +199,27 @@ def continue_photo(
         _detail=np.asarray(clean - base, np.float32),
         _scale=camera.scale,
     )
+
+
+def _labels(seen: Seen) -> tuple[IntArray, BoolArray]:
+    """`label_surface`, with borders that run around the body at rest."""
+    labels, strange = label_surface(seen)
+    if seen.rest is None:
+        return labels, strange
+    parts = (
+        seen.parts if seen.cloth is None else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
+    )
+    return around(labels, seen.rest, parts, seen.known), strange
+
+
+def _is_even(seen: Seen, labels: IntArray) -> BoolArray:
+    """Return which vertices (V,) have no detail that continues.
+
+    The heel of a shoe does not look like its laces. Skin is even, and details of visible skin are
+    features, or shadows of hair and fingers. The details of strands run along them.
+    """
+    even = (labels == SHOES) | seen.on(*HANDS) | ((labels == SKIN) & seen.on(*HEAD_PARTS))
+    return np.asarray(even if seen.strands is None else even | seen.strands)
 
 
 def _contrast(exemplar: Exemplar, kind: int) -> float:

@@ -20,8 +20,8 @@ from a2v.reconstruction.face.build import (
     FaceSettings,
     bend_face,
     face_of,
-    is_averted,
 )
+from a2v.reconstruction.face.facing import is_averted
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09

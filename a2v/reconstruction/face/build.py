@@ -19,18 +19,16 @@ from a2v.body.face import (
     teeth,
 )
 from a2v.body.flat import flattened
-from a2v.body.parts import on_parts
-from a2v.body.skin import outer_skin
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.face.bends import Bend, Placing
+from a2v.reconstruction.face.facing import BEFORE, TURNED, behind_limb, is_averted, turned_away
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import (
     Body,
-    BoolArray,
     Camera,
     Face,
     FloatArray,
@@ -40,11 +38,6 @@ from a2v.types import (
     Surface,
 )
 
-TURNED = 38.0
-"""Largest angle of a face from the camera, degrees. Beyond it a fused surface gets no expressions,
-and a canonical one keeps the features of the model."""
-_BOTH_TURNED = 44.0
-"""The same for the mean of the angles of the face and of the fitted head."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
 """Scale of the teeth of the model, which are too large for its mouth. Scaled, they are hidden by
 closed lips and visible between open lips."""
@@ -63,8 +56,6 @@ the front."""
 _EYE_REACH = (0.027, 0.036)
 """Distances from the middle of an eye up to which its expressions have full strength, and at which
 they end, meters."""
-_BEFORE = 5.0
-"""Depth in front of everything, meters."""
 _LEAST = 1e-5
 """Length below which offsets are dropped, meters."""
 
@@ -135,28 +126,6 @@ def add_face(
             surface, provenance=dict(surface.provenance) | {"face": reason}
         ),
     )
-
-
-def turned_away(landmarks: FloatArray) -> float:
-    """Angle, degrees, of a face with mediapipe's landmarks (478, 3) from the camera."""
-    points = landmarks.astype(np.float64)
-    across, up = points[263] - points[33], points[10] - points[152]
-    ahead = np.cross(across * [1, -1, 1], up * [1, -1, 1])
-    return float(
-        np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1)))
-    )
-
-
-def is_averted(landmarks: FloatArray, body: Body, camera: Camera) -> bool:
-    """Return whether a face with mediapipe's landmarks (478, 3) is turned too far away to show its
-    features: by its landmarks, or by their mean with the head of the fitted body, if hair covers
-    the face."""
-    turned = turned_away(landmarks)
-    points = camera.flatten(points_on_face(body.vertices))
-    places = np.concatenate(
-        [camera.flat.project(points), camera.flat.scale * points[:, 2:]], axis=1
-    )
-    return turned > TURNED or (turned + turned_away(places)) / 2 > _BOTH_TURNED
 
 
 def _unfit(subject: Subject, most: float) -> str:
@@ -342,10 +311,10 @@ def _follow_surface(
     chosen = np.concatenate([rim, np.setdiff1d(seen, rim)[::12]])
     bent = bend(posed[chosen])
     rays = np.concatenate(
-        [bent[:, :2], np.full((len(bent), 1), _BEFORE), np.tile([0, 0, -1.0], (len(bent), 1))],
+        [bent[:, :2], np.full((len(bent), 1), BEFORE), np.tile([0, 0, -1.0], (len(bent), 1))],
         axis=1,
     )
-    depth = _BEFORE - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))[
+    depth = BEFORE - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))[
         "t_hit"
     ].numpy().astype(np.float64)
     shift = depth - bent[:, 2]
@@ -354,18 +323,6 @@ def _follow_surface(
         good &= np.abs(shift - np.median(shift[good])) < 0.02
     on_rim = np.arange(len(chosen)) < len(rim)
     bend.follow(bent[good, :2], shift[good], np.where(on_rim[good], 1e-6, 1e-3))
-
-
-def behind_limb(body: Body, points: FloatArray) -> BoolArray:
-    """Return whether another part of the body, a hand or an arm, lies before the head at the pixels
-    of points (n, 3); `body` is that of the flat frame (`flattened`)."""
-    from a2v.geometry.rays import RayScene
-
-    skin, faces, parts = outer_skin(body)
-    origins = np.concatenate([points[:, :2], np.full((len(points), 1), _BEFORE)], axis=1)
-    met = RayScene(skin, faces).cast(origins.astype(np.float32), np.array([0, 0, -1], np.float32))
-    first = parts[faces[np.where(met.hit, met.face, 0), 0]]
-    return np.asarray(met.hit & ~on_parts(first, "head", "neck"))
 
 
 def _expressions(

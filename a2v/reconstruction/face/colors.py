@@ -117,7 +117,7 @@ def _far_eye(surface: Surface, eyes: BoolArray) -> BoolArray:
     left = eyes & (across > across[eyes].mean())
     depth = surface.vertices[:, 2]
     nearer = depth[left].mean() > depth[eyes & ~left].mean()
-    return eyes & ~left if nearer else left
+    return np.asarray(eyes & ~left if nearer else left)
 
 
 def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:

@@ -18,9 +18,9 @@ from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.color import ColorSettings
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.colorings import color_by_photo
-from a2v.reconstruction.face.build import behind_limb, is_averted, turned_away
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.drawing import drawn_over
+from a2v.reconstruction.face.facing import behind_limb, is_averted, turned_away
 from a2v.reconstruction.other_half import lent_to, of_other_half
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.tones import even_tones

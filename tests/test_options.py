@@ -33,6 +33,7 @@ def options_of(name: str, *arguments: str):
 class Shared:
     start_frames: int | None = option("frames of the start", default=None)
     quiet: bool = flag("no bars")
+    shared_range: tuple[float, ...] = option("lowest and highest", default=(0.0, 1.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +94,7 @@ def test_hyphens_and_underscores_are_the_same_on_the_command_line_and_in_files(t
         (("--out", "a", "--seed", "one"), "--seed"),
         (("--out", "a", "--fit.silhouette_weight", "much"), "--fit.silhouette-weight"),
         (("--out", "a", "--start-frames", "many"), "--start-frames"),
+        (("--out", "a", "--shared-range", "1,2"), "expected a list in brackets, such as [1,2]"),
     ],
 )
 def test_what_is_wrong_is_one_line_with_the_options_name(arguments, words):

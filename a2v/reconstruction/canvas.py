@@ -4,6 +4,7 @@ each pixel of the photo."""
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,13 @@ from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.held import held_things
-from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, bare_legs, gloves
+from a2v.reconstruction.limbs_seen import (
+    arms_by_landmarks,
+    bare_forearms,
+    bare_hands,
+    bare_legs,
+    gloves,
+)
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
     Body,
@@ -89,6 +96,8 @@ class Canvas:
         Vertices of a separate layer of cloth: a skirt.
     strands : (V,) int, optional
         Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
+    bare : sequence of str
+        Forearms without sleeves (`a2v.reconstruction.limbs_seen.bare_forearms`).
     """
 
     rest: FloatArray
@@ -100,6 +109,7 @@ class Canvas:
     gloved: bool = False
     loose: BoolArray | None = None
     strands: IntArray | None = None
+    bare: Sequence[str] = ()
 
     @functools.cached_property
     def owners(self) -> IntArray:
@@ -152,6 +162,8 @@ class Clues:
         Vertices of a separate layer of long hair.
     hair : (H, W) bool, optional
         Pixels of the photo that show long hair; None: those of the head.
+    bare : sequence of str
+        Forearms without sleeves.
     """
 
     taken: BoolArray
@@ -162,6 +174,7 @@ class Clues:
     gloves: BoolArray | None = None
     strands: BoolArray | None = None
     hair: BoolArray | None = None
+    bare: Sequence[str] = ()
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
         """Return the pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do
@@ -196,13 +209,15 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
     arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
     shown = body_shown(body, subject, camera)
     worn = gloves(subject, arms, shown, camera.scale / STEP, STEP)
+    skin = bare_hands(subject, arms, STEP) if worn is None else None
     return Clues(
         surroundings_taken(subject, shown, camera),
         arms,
         better,
-        bare_hands(subject, arms, STEP) if worn is None else None,
+        skin,
         loose,
         worn,
+        bare=bare_forearms(subject, arms, skin, shown),
     )
 
 

@@ -40,6 +40,9 @@ from a2v.types import (
     Surface,
 )
 
+_HARDLY = 0.15
+"""Share of a forearm's known vertices below which the photo tells of it by its pixels alone."""
+
 
 @dataclass(frozen=True)
 class ColorSettings:
@@ -337,7 +340,7 @@ def _continued(
         front=seen_before(pixels, outer, spots.parts),
         twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp,
-        bare=spots.bare,
+        bare=spots.bare if photo.canvas is None else spots.bare | _bare_arms(photo.canvas, known),
         neighbors=neighbors,
         skin=skin,
         face=face | shown.mouth,
@@ -346,6 +349,17 @@ def _continued(
         strands=None if photo.canvas is None else photo.canvas.hairy,
     )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
+
+
+def _bare_arms(canvas: Canvas, known: BoolArray) -> BoolArray:
+    """Return which vertices (V,) that are not `known` (V,) lie on forearms without sleeves of which
+    hardly anything is known: crossed arms that the fit has put into the trunk."""
+    hidden = np.zeros(len(known), bool)
+    for name in canvas.bare:
+        own = on_parts(canvas.parts, name)
+        if own.any() and known[own].mean() < _HARDLY:
+            hidden |= own & ~known
+    return hidden
 
 
 def _report(

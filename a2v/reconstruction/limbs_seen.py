@@ -50,6 +50,12 @@ _ONE_COLOR = 0.5
 """Smallest share of the pixels of gloves with their typical color."""
 _FEW_OF_HAND = (40, 15)
 """Smallest number of pixels of a hand that wears a glove, and of the other hand."""
+_BARE_ARM = 0.65
+"""Smallest share of a forearm's pixels that look like skin if it is bare."""
+_SKIN_SHIRT = 0.3
+"""Share of such pixels on the trunk from which on cloth has the color of skin."""
+_FEW_OF_ARM = 200
+"""Smallest number of pixels of a forearm that tell whether it is bare."""
 _BARE_FEET = 0.85
 """Feet are bare if at least this fraction of each foot's pixels, and of the shins' above the
 ankles, have the face's skin color. Shoes of that color are more common than bare feet without
@@ -155,6 +161,31 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
         ):
             return None
     return np.asarray(like)
+
+
+def bare_forearms(
+    subject: Subject, arms: BoolArray, skin: BoolArray | None, shown: IntArray
+) -> tuple[str, ...]:
+    """Names of the forearms without sleeves; both if the photo shows only one, and it is bare.
+
+    Parameters
+    ----------
+    arms : (P, h, w) bool
+        Of `arms_by_landmarks`.
+    skin : (h, w) bool, optional
+        Of `bare_hands`.
+    shown : (h, w) int
+        Part that the posed body shows on every pixel; -1 for none.
+    """
+    inside = _inside(subject, shown.shape)
+    trunk = (shown == PARTS.index("torso")) & inside & ~arms.any(axis=0)
+    if skin is None or not trunk.any() or skin[trunk].mean() > _SKIN_SHIRT:
+        return ()
+    names = tuple(f"{side}_lower_arm" for side in _SIDES)
+    told = {name: arms[PARTS.index(name)] & inside for name in names}
+    told = {name: own for name, own in told.items() if own.sum() >= _FEW_OF_ARM}
+    bare = tuple(name for name, own in told.items() if skin[own].mean() > _BARE_ARM)
+    return names if len(bare) == len(told) == 1 else bare
 
 
 def gloves(

@@ -59,7 +59,8 @@ class Seen:
     scalp : (V,) bool
         The area in which hair can grow.
     bare : (V,) bool
-        The face of the body, visible or not.
+        Vertices that must be skin: the face of the body, visible or not, and unseen forearms that
+        have no sleeves.
     neighbors : (V, N) int
         Nearest vertices.
     skin : (3,), optional

@@ -54,6 +54,7 @@ def canvas_of(
         agreement=part_agreement(surface, parts, subject, camera.flat, clues=clues),
         hands=clues.tone(subject.image),
         gloved=clues.gloves is not None,
+        bare=clues.bare,
         loose=clues.loose,
         strands=np.where(strands, strand_numbers(len(parts)), -1) if strands.any() else None,
     )

@@ -35,6 +35,7 @@ T = TypeVar("T")
 
 _WIDTH = 124
 _MODE = "a2v"
+_NO_LIST = r"expected a list in brackets, such as [1,2], instead of \1"
 _MAX_SETTINGS_BYTES = 1 << 20
 
 
@@ -172,11 +173,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
             else lines
         )
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
-        text = re.sub(
-            r"Expected a <class 'tuple'>\. Got value: (.*)",
-            r"expected a list in brackets, such as [1,2], instead of \1",
-            text,
-        )
+        text = re.sub(r"Expected a <class 'tuple'>\. Got value: (.*)", _NO_LIST, text)
         raise InputError(f"{with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise

@@ -11,7 +11,6 @@ import numpy as np
 
 from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
-from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.held import held_things
@@ -22,6 +21,7 @@ from a2v.reconstruction.limbs_seen import (
     bare_legs,
     gloves,
 )
+from a2v.reconstruction.shown import STEP, body_shown, vertices_shown
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
     Body,
@@ -68,8 +68,6 @@ _WITHIN_HAIR = 0.002
 """Distance from the border of hair within which its pixels are not used, meters."""
 _BESIDE_HAIR = 0.004
 """Distance from hair within which pixels of trunk and neck are not used, meters."""
-STEP = 2
-"""Side of the squares of pixels of the photo that are treated as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,19 +226,6 @@ def surroundings_taken(subject: Subject, shown: IntArray, camera: Camera) -> Boo
     return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
 
 
-def body_shown(body: Body, subject: Subject, camera: Camera) -> IntArray:
-    """Part (h, w) of a fitted body, without clothes, in every `STEP`-th pixel of the photo; -1 for
-    none."""
-    height, width = (side // STEP for side in subject.mask.shape)
-    flat = camera.flatten(body.vertices).astype(np.float32)
-    skin = Surface(
-        vertices=flat,
-        faces=np.asarray(body.faces, np.int32),
-        colors=np.zeros(flat.shape, np.float32),
-    )
-    return parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
-
-
 def part_agreement(
     surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera, *, clues: Clues
 ) -> ByteArray:
@@ -354,32 +339,6 @@ class _Palettes:
             for palette in (own, other)
         )
         return np.asarray(like_other > _TELLS * like_own + _RARE)
-
-
-def parts_shown(
-    surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]
-) -> IntArray:
-    """Part (h, w) of a posed surface on `parts` (V,) in every `STEP`-th pixel; -1 for none."""
-    vertex = vertices_shown(surface, camera, size)
-    return np.where(vertex >= 0, parts[vertex], -1)
-
-
-def vertices_shown(surface: Surface, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
-    """A corner (h, w) of the triangle of a posed surface in every `STEP`-th pixel; -1 for none."""
-    columns, rows = np.meshgrid(
-        (np.arange(size[1]) + 0.5) * STEP, (np.arange(size[0]) + 0.5) * STEP
-    )
-    points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
-    rays = np.empty((*size, 6), np.float32)
-    rays[..., :2], rays[..., 2], rays[..., 3:] = (
-        points[..., :2],
-        float(surface.vertices[:, 2].max()) + 1,
-        (0, 0, -1),
-    )
-    found = ray_scene(surface.vertices, surface.faces, threads=0).cast_rays(rays)
-    hit = np.isfinite(found["t_hit"].numpy())
-    face = np.where(hit, found["primitive_ids"].numpy().astype(np.int64), 0)
-    return np.where(hit, surface.faces[face, 0], -1)
 
 
 def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:

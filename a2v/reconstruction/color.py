@@ -29,7 +29,13 @@ from a2v.reconstruction.nearest import nearest_known, nearest_vertices
 from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
-from a2v.reconstruction.tones import combed, even_tones, given_or_close, without_strangers
+from a2v.reconstruction.tones import (
+    bare_arms,
+    combed,
+    even_tones,
+    given_or_close,
+    without_strangers,
+)
 from a2v.types import (
     BoolArray,
     FloatArray,
@@ -39,9 +45,6 @@ from a2v.types import (
     Subject,
     Surface,
 )
-
-_HARDLY = 0.15
-"""Share of a forearm's known vertices below which the photo tells of it by its pixels alone."""
 
 
 @dataclass(frozen=True)
@@ -190,9 +193,8 @@ def color_surface(
         )
     photo.known = known
     report(1, 4)
-    beside = ThreadPoolExecutor(
-        1
-    )  # makes the charts of the texture, while this thread makes the colors
+    # it makes the charts of the texture, while this thread makes the colors
+    beside = ThreadPoolExecutor(1)
     atlas = (
         beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture)
         if settings.texture
@@ -329,9 +331,8 @@ def _continued(
     if skin is None or not skin_like(skin):  # the back of a head, or hair over the cheeks
         hands = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
         skin = skin if hands is None else hands
-    square = known & (
-        shown.trust > 0.9
-    )  # at grazing angles colors are mixed with those of the background and of what is in front
+    # at grazing angles colors are mixed with those of the background and of what is in front
+    square = known & (shown.trust > 0.9)
     seen = Seen(
         vertices=mesh.vertices,
         colors=mesh.colors,
@@ -340,7 +341,7 @@ def _continued(
         front=seen_before(pixels, outer, spots.parts),
         twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp,
-        bare=spots.bare if photo.canvas is None else spots.bare | _bare_arms(photo.canvas, known),
+        bare=spots.bare if photo.canvas is None else spots.bare | bare_arms(photo.canvas, known),
         neighbors=neighbors,
         skin=skin,
         face=face | shown.mouth,
@@ -349,17 +350,6 @@ def _continued(
         strands=None if photo.canvas is None else photo.canvas.hairy,
     )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
-
-
-def _bare_arms(canvas: Canvas, known: BoolArray) -> BoolArray:
-    """Return which vertices (V,) that are not `known` (V,) lie on forearms without sleeves of which
-    hardly anything is known: crossed arms that the fit has put into the trunk."""
-    hidden = np.zeros(len(known), bool)
-    for name in canvas.bare:
-        own = on_parts(canvas.parts, name)
-        if own.any() and known[own].mean() < _HARDLY:
-            hidden |= own & ~known
-    return hidden
 
 
 def _report(

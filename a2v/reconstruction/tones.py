@@ -22,6 +22,8 @@ _FAR_STRAND = 0.15
 """Distance from visible hair from which on unseen hair has the median color of all, meters."""
 _STREAK = 3.0
 """Largest standard deviation of the lightness of unseen strands, CIELAB units."""
+_HARDLY = 0.15
+"""Share of a forearm's known vertices below which the photo tells of it by its pixels alone."""
 TONE = np.array([0.6, 0.75, 0.75])
 """Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
 
@@ -138,3 +140,14 @@ def without_strangers(
             )[1]
             result[own & lost] = np.median(colors[shown[beside]], axis=1)
     return result
+
+
+def bare_arms(canvas: Canvas, known: BoolArray) -> BoolArray:
+    """Return which vertices (V,) that are not `known` (V,) lie on forearms without sleeves of which
+    hardly anything is known: crossed arms that the fit has put into the trunk."""
+    hidden = np.zeros(len(known), bool)
+    for name in canvas.bare:
+        own = on_parts(canvas.parts, name)
+        if own.any() and known[own].mean() < _HARDLY:
+            hidden |= own & ~known
+    return hidden

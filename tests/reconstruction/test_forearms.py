@@ -7,8 +7,8 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.color import _bare_arms
 from a2v.reconstruction.limbs_seen import bare_forearms
+from a2v.reconstruction.tones import bare_arms
 from tests.support.subjects import blank_subject
 
 TORSO = PARTS.index("torso")
@@ -63,6 +63,6 @@ def test_only_forearms_of_which_hardly_anything_is_known_are_told_by_their_pixel
     )
     known = np.zeros(300, bool)
     known[:10] = known[100:140] = True  # a tenth of the left one, two fifths of the right one
-    found = _bare_arms(canvas, known)
+    found = bare_arms(canvas, known)
     assert found[10:100].all()
     assert found.sum() == 90

@@ -10,21 +10,26 @@ import numpy as np
 from a2v.types import FloatArray
 
 
-def clustered_colors(
-    lab: FloatArray, count: int, *, shade: FloatArray, share: float, rounds: int
-) -> FloatArray:
-    """Return at most `count` centers (n, 3) of CIELAB colors (N, 3), by k-means.
-
-    Distances are weighted by `shade` (3,). Clusters with at most the `share` of the colors are
-    left out.
-    """
+def color_clusters(
+    lab: FloatArray, count: int, *, shade: FloatArray, rounds: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return `count` centers (n, 3) of CIELAB colors (N, 3), by k-means, and the number (n,) of
+    colors of each, which may be 0. Distances are weighted by `shade` (3,)."""
     from scipy.cluster.vq import kmeans2
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a palette may have fewer colors
         centers, member = kmeans2(lab * shade, count, minit="++", seed=0, iter=rounds)
-    large = np.bincount(member, minlength=count) / len(member) > share
-    return np.asarray(centers[large] / shade)
+    return np.asarray(centers / shade), np.bincount(member, minlength=count).astype(np.float64)
+
+
+def clustered_colors(
+    lab: FloatArray, count: int, *, shade: FloatArray, share: float, rounds: int
+) -> FloatArray:
+    """Return the centers (n, 3) of `color_clusters` without those that have at most the `share` of
+    the colors (N, 3)."""
+    centers, size = color_clusters(lab, count, shade=shade, rounds=rounds)
+    return centers[size / len(lab) > share]
 
 
 def palette_distance(lab: FloatArray, palette: FloatArray, shade: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from a2v.geometry.rays import RayScene
 from a2v.reconstruction.backs.panels import PANELS_APART, SHADE
 from a2v.reconstruction.backs.seen import KINDS, LOWER, SKIN, UPPER
+from a2v.reconstruction.palettes import palette_distance
 from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -141,8 +142,9 @@ def _alike(image: FloatArray, region: BoolArray) -> BoolArray:
 
     if not region.any():
         return region
-    lab = rgb2lab(np.clip(image, 0, 1)) * SHADE
-    return np.asarray(np.linalg.norm(lab - np.median(lab[region], axis=0), axis=2) < PANELS_APART)
+    lab = rgb2lab(np.clip(image, 0, 1))
+    own = np.median(lab[region], axis=0, keepdims=True)
+    return palette_distance(lab, own, SHADE) < PANELS_APART
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:

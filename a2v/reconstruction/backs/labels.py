@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
+from a2v.reconstruction.backs.pieces import joined_pieces, with_votes
 from a2v.reconstruction.backs.seen import (
     ARM_PARTS,
     FOOT_PARTS,
@@ -135,10 +135,6 @@ class PaletteSettings:
 
 
 _PALETTE = PaletteSettings()
-_BELIEF = 6.0
-"""Difference of cost, CIELAB units, that makes a label e times as likely when neighbors vote."""
-_NEIGHBORS_WEIGHT = 14.0
-"""Cost of a label that no neighbor has, CIELAB units."""
 _KMEANS_ROUNDS = 12
 _FRONT_ROUNDS = 4
 """Rounds of smoothing of visible labels."""
@@ -172,7 +168,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         if seen.strands is not None:
             other = seen.strands if kind != HAIR else seen.on("torso") & ~seen.strands
             cost[other, column] += _NEVER
-    front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
+    front = with_votes(np.minimum(cost, _NEVER), seen.neighbors, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # on the back a blurred expectation is less certain than the photo, and the label in front of
     # it is further evidence
@@ -195,9 +191,9 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         before[seen.bare] += _COSTS.no_skin * (kinds != SKIN)
     twins = seen.twin >= 0
     before[twins] = _COSTS.unlike_twin * (np.arange(len(kinds)) != chosen[seen.twin[twins], None])
-    behind = _smoothed(
-        seen,
+    behind = with_votes(
         np.minimum(trust * cost, _COSTS.most_expected) + before,
+        seen.neighbors,
         fixed=np.where(seen.known, chosen, -1),
         rounds=_BEHIND_ROUNDS,
     )
@@ -345,25 +341,3 @@ def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatA
         return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
     found = clustered_colors(lab, count, shade=_SHADE, share=_PALETTE.share, rounds=_KMEANS_ROUNDS)
     return np.concatenate([none, found])
-
-
-def _smoothed(
-    seen: Seen,
-    cost: FloatArray,
-    *,
-    fixed: IntArray | None,
-    rounds: int,
-    weight: float = _NEIGHBORS_WEIGHT,
-) -> FloatArray:
-    """Add the votes of neighbors to costs (V, K). A vertex with a `fixed` (V,) label that is not
-    negative keeps it."""
-    total = cost.copy()
-    mixing = neighbor_mean(seen.neighbors)
-    for _ in range(rounds):
-        belief = np.exp(-(total - total.min(axis=1, keepdims=True)) / _BELIEF)
-        belief /= belief.sum(axis=1, keepdims=True)
-        if fixed is not None:
-            held = fixed >= 0
-            belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
-        total = cost + weight * (1 - mixing @ belief)
-    return total

@@ -7,19 +7,20 @@ and ends at a border.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.body.parts import on_parts
-from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
+from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean, with_votes
 from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, Seen, lab_of
-from a2v.reconstruction.palettes import palette_distance
+from a2v.reconstruction.palettes import color_clusters, palette_distance
 from a2v.types import BoolArray, FloatArray, IntArray
 
 SHADE = np.array([0.8, 1.0, 1.0])
 """Weights of lightness, a and b: shadows are the same color."""
+_KMEANS_ROUNDS = 10
+"""Rounds of k-means."""
 _COLORS = 6
 """Largest number of colors of a garment before similar ones are joined."""
 PANELS_APART = 30.0
@@ -35,10 +36,6 @@ _SMOOTHING = 6
 """Rounds of votes among visible vertices."""
 _ROUNDS = 30
 """Rounds of votes over the unseen side."""
-_BELIEF = 6.0
-"""Difference of cost, CIELAB units, that makes a panel e times as likely when neighbors vote."""
-_VOTE = 14.0
-"""Cost of a panel that no neighbor has, CIELAB units."""
 _EXPECTED = 0.4
 """Weight of the distance from the expected color."""
 _MOST_EXPECTED = 40.0
@@ -173,13 +170,8 @@ def _costs(garment: _Garment, away: FloatArray, panel: IntArray) -> FloatArray:
 def _continued(garment: _Garment, cost: FloatArray, panel: IntArray) -> IntArray:
     """Extend the visible `panel` (n,) to the unseen side, where the `cost` (n, K) and the votes of
     neighbors are least."""
-    mixing, told = neighbor_mean(garment.near), panel[garment.twin]
-    total = cost.copy()
-    for _ in range(_ROUNDS):
-        vote = np.exp(-(total - total.min(axis=1, keepdims=True)) / _BELIEF)
-        vote /= vote.sum(axis=1, keepdims=True)
-        vote[garment.held] = np.eye(cost.shape[1])[told[garment.held]]
-        total = cost + _VOTE * (1 - mixing @ vote)
+    told = panel[garment.twin]
+    total = with_votes(cost, garment.near, rounds=_ROUNDS, fixed=np.where(garment.held, told, -1))
     result = np.where(garment.held, told, total.argmin(axis=1))
     for _ in range(cost.shape[1] - 1):
         # an area that touches nothing visible of its panel is a wrong expectation
@@ -268,13 +260,8 @@ def _visible_panels(garment: _Garment) -> tuple[FloatArray, IntArray] | None:
 def _colors(lab: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Colors (K, 3) of a garment, CIELAB, at least `PANELS_APART` from each other, and the number
     (K,) of vertices of each."""
-    from scipy.cluster.vq import kmeans2
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a garment may have fewer colors
-        centers, member = kmeans2(lab * SHADE, _COLORS, minit="++", seed=0)
-    size = np.bincount(member, minlength=_COLORS).astype(float)
-    centers, size = centers[size > 0] / SHADE, size[size > 0]
+    centers, size = color_clusters(lab, _COLORS, shade=SHADE, rounds=_KMEANS_ROUNDS)
+    centers, size = centers[size > 0], size[size > 0]
     while len(centers) > 1:
         gap = np.linalg.norm((centers[:, None] - centers) * SHADE, axis=2)
         np.fill_diagonal(gap, np.inf)

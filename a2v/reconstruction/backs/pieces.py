@@ -1,4 +1,4 @@
-"""Connected pieces of neighboring vertices, and means over neighbors."""
+"""Connected pieces of neighboring vertices, means over neighbors, and their votes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from a2v.types import BoolArray, IntArray
+from a2v.types import BoolArray, FloatArray, IntArray
+
+_BELIEF = 6.0
+"""Difference of cost, CIELAB units, that makes a choice e times as likely when neighbors vote."""
+_WEIGHT = 14.0
+"""Cost of a choice that no neighbor makes, CIELAB units."""
 
 
 def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
@@ -33,3 +38,19 @@ def neighbor_mean(neighbors: IntArray) -> Any:
     return sp.csr_matrix(
         (np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count)
     )
+
+
+def with_votes(
+    cost: FloatArray, neighbors: IntArray, *, rounds: int, fixed: IntArray | None = None
+) -> FloatArray:
+    """Add the votes of neighbors (V, N) to the costs (V, K) of choices. A vertex whose `fixed` (V,)
+    choice is not negative keeps it."""
+    total, mixing = cost.copy(), neighbor_mean(neighbors)
+    for _ in range(rounds):
+        belief = np.exp(-(total - total.min(axis=1, keepdims=True)) / _BELIEF)
+        belief /= belief.sum(axis=1, keepdims=True)
+        if fixed is not None:
+            held = fixed >= 0
+            belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
+        total = cost + _WEIGHT * (1 - mixing @ belief)
+    return total

@@ -21,7 +21,6 @@ from a2v.reconstruction.face.build import (
     bend_face,
     face_of,
 )
-from a2v.reconstruction.face.facing import is_averted
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
@@ -132,8 +131,7 @@ def lay_face(
     bent = bend_face(surface, subject, body, camera, settings=settings, most=_MOST)
     if isinstance(bent, str):
         return Laid(bent)
-    averted = subject.face is not None and is_averted(subject.face, body, camera)
-    return Laid("anny", bent, small, averted)
+    return Laid("anny", bent, small, bent.averted)
 
 
 def face_width(landmarks: FloatArray) -> float:

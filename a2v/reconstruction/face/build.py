@@ -27,16 +27,7 @@ from a2v.reconstruction.face.facing import BEFORE, TURNED, behind_limb, is_avert
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
-from a2v.types import (
-    Body,
-    Camera,
-    Face,
-    FloatArray,
-    IntArray,
-    Reconstruction,
-    Subject,
-    Surface,
-)
+from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
 """Scale of the teeth of the model, which are too large for its mouth. Scaled, they are hidden by
@@ -151,6 +142,8 @@ class BentFace:
         Rotation of each from rest.
     bend : callable
         From points (n, 3) to points (n, 3).
+    averted : bool
+        Whether the face is turned too far away to show its features (`is_averted`).
     """
 
     patch: Patch
@@ -158,6 +151,7 @@ class BentFace:
     bent: FloatArray
     turns: FloatArray
     bend: Callable[[FloatArray], FloatArray]
+    averted: bool
 
     def moved(self, name: str) -> FloatArray:
         """Displacements (13854, 3) of the bent vertices by the expression `name`, meters; 0 for
@@ -200,7 +194,8 @@ def bend_face(
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
     flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
-    if is_averted(subject.face, body, camera):
+    averted = is_averted(subject.face, body, camera)
+    if averted:
         flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)
@@ -208,7 +203,7 @@ def bend_face(
     def bend(points: FloatArray) -> FloatArray:
         return camera.raised(flat(camera.flatten(points)))
 
-    return BentFace(patch, posed, bend(posed), turns, bend)
+    return BentFace(patch, posed, bend(posed), turns, bend, averted)
 
 
 def _sewn(

@@ -89,14 +89,16 @@ def drawn_over(
         np.arange(low[0], high[0], dtype=np.float32), np.arange(low[1], high[1], dtype=np.float32)
     )
     result = np.array(photo)
-    result[low[1] : high[1], low[0] : high[0]] = cv2.remap(
+    window = (slice(low[1], high[1]), slice(low[0], high[0]))
+    result[window] = cv2.remap(
         np.asarray(photo, np.float32),
         across + shift[..., 0],
         down + shift[..., 1],
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return _brows_apart(result, own), made
+    result[window] = _brows_apart(result[window], own - low)
+    return result, made
 
 
 def _brows_apart(photo: FloatArray, landmarks: FloatArray) -> FloatArray:

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from a2v.digest import Digest
 from a2v.errors import InputError
-from a2v.io import open_file, reading, sha256, shorten
+from a2v.io import open_file, reading, shorten
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 """Folder of the shipped models."""
@@ -82,8 +83,8 @@ def run_file(
         return run_rows(open_session(path), names, feed, shared)
 
 
-def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file; computed again only when the file changes."""
+def file_digest(path: Path) -> Digest:
+    """Return the digest of a file; computed again only when the file changes."""
     return _cached_digest(str(path), path.stat().st_mtime_ns)
 
 
@@ -123,5 +124,5 @@ def _cached_session(path: str, _modified: int, threads: int) -> Any:
 
 
 @functools.lru_cache(maxsize=8)
-def _cached_digest(path: str, _modified: int) -> str:
-    return sha256(path)
+def _cached_digest(path: str, _modified: int) -> Digest:
+    return Digest.of_file(path)

@@ -17,7 +17,7 @@ def describe_data(dataset: ActionDataset, *, license: str) -> dict[str, Any]:
     skeleton = dataset.skeleton
     return {
         "dataset": dataset.name,
-        "dataset_digest": dataset.digest,
+        "dataset_digest": dataset.sha256,
         "actions": list(dataset.actions),
         "fps": dataset.fps,
         "frames": dataset.length,

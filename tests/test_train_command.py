@@ -302,6 +302,6 @@ def test_the_same_people_are_held_out_by_every_command(data_dir):
 
     dataset = load_dataset("humanact12", data_dir)
     (training, unseen), (again, _) = hold_out(dataset, "auto"), hold_out(dataset, "auto")
-    assert training.digest == again.digest
+    assert training.sha256 == again.sha256
     assert not set(unseen.subjects) & set(training.subjects)
     assert hold_out(dataset, "none")[1] is None

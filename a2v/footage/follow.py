@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from a2v.digest import Digest
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
@@ -24,7 +25,6 @@ from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
 from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
-from a2v.io import sha256
 from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
@@ -193,7 +193,7 @@ def _facts(
     """`Followed.facts` except for the start of the motion."""
     return {
         "source": os.fspath(path),
-        "digest": sha256(path),
+        "digest": Digest.of_file(path),
         "video": [reel.width, reel.height],
         "video_fps": reel.rate,
         "frames": len(sightings),

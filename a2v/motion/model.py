@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from a2v.digest import Digest
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
@@ -87,7 +88,7 @@ class MotionModel:
         return self.card.skeleton
 
     @property
-    def digest(self) -> str:
+    def digest(self) -> Digest:
         """SHA-256 of the file."""
         return file_digest(self.path)
 

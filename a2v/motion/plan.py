@@ -7,11 +7,11 @@ an action.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from a2v.digest import Digest
 from a2v.errors import InputError
 from a2v.motion.catalog import (
     NAMES,
@@ -76,7 +76,7 @@ class MotionPlan:
         return str(LIBRARY if self.model is None else self.model.path)
 
     @property
-    def digest(self) -> str:
+    def digest(self) -> Digest:
         """Digest of the contents of every file that the steps use."""
         if self.model is not None:
             return self.model.digest
@@ -84,7 +84,7 @@ class MotionPlan:
             LIBRARY,
             *(MotionModel.load(source).path for source in self.sources if source != CLIPS),
         ]
-        return hashlib.sha256("".join(file_digest(path) for path in files).encode()).hexdigest()
+        return Digest.of(*(file_digest(path) for path in files))
 
     @property
     def seconds(self) -> float | None:

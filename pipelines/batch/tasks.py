@@ -16,11 +16,12 @@ from typing import Any, Literal
 
 import joblib
 
+from a2v.digest import Digest
 from a2v.errors import InputError
 from pipelines.batch.rows import Row
 from pipelines.engine.graph import Graph, Parameters, inputs_of, needed_for
 from pipelines.engine.memo import plain
-from pipelines.engine.refs import File, Ref, digest_of
+from pipelines.engine.refs import File, Ref
 from pipelines.engine.store import Store
 from pipelines.graph import video_graph
 from pipelines.inputs import put_file
@@ -64,7 +65,7 @@ class Task:
     parameters: Parameters
     recorded: bool
     after: tuple[str, ...] = ()
-    files: Mapping[str, Ref[Any]] = field(default_factory=dict)
+    files: Mapping[Digest, Ref[Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,7 +249,7 @@ def make_key(
 ) -> str:
     """Return the key of a task's result, from the code of its nodes and its parameters."""
     named = sorted((name, digest.hash) for name, digest in parameters.items())
-    return digest_of(repr([kind, _codes(kind, recorded, several), named]).encode())
+    return Digest.of(repr([kind, _codes(kind, recorded, several), named]))
 
 
 def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
@@ -267,4 +268,4 @@ def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
         what = repr(plain(dataclasses.replace(row, number=0, problem="")))
     else:
         what = f"{{{', '.join(f'{name!r}: {digest.text}' for name, digest in parameters.items())}}}"
-    return f"{text}-{digest_of(what.encode())[:10]}"
+    return f"{text}-{Digest.of(what)[:10]}"

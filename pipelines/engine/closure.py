@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ast
 import functools
-import hashlib
 import os
 import re
 import symtable
@@ -21,6 +20,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from a2v.digest import Digest
 from pipelines.engine.imports import PROJECT, Import, imports_in, imports_of, parse
 
 _ARGUMENTS = "a2v/weights"
@@ -29,7 +29,7 @@ _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 
 @functools.cache
-def code_digest(file: str, name: str) -> str:
+def code_digest(file: str, name: str) -> Digest:
     """Return forty hex digits of everything that the top-level name `name` of `file` depends on.
 
     They are computed once per process, so that they describe the code that runs.
@@ -64,9 +64,9 @@ class Sources:
         self._modules: dict[str, _Module] = {}
         self._data = sorted(self._find_data())
 
-    def digest(self, file: str | os.PathLike[str], name: str) -> str:
-        """Return forty hex digits of `closure`."""
-        return _digest(
+    def digest(self, file: str | os.PathLike[str], name: str) -> Digest:
+        """Return the digest of `closure`."""
+        return Digest.of(
             "\n".join(
                 f"{label} {digest}" for label, digest in sorted(self.closure(file, name).items())
             ).encode()
@@ -86,7 +86,7 @@ class Sources:
                 Path(file).read_text(encoding="utf-8"), ".".join(Path(label).parent.parts)
             )
         text, uses = _reachable(self._own[label], name)
-        parts = {label: _digest(text.encode()), **self._data_named(text, label)}
+        parts = {label: Digest.of(text), **self._data_named(text, label)}
         left, seen = (
             [module for one, attributes in uses for module in self._definers(one, attributes)],
             set[str](),
@@ -158,8 +158,8 @@ class Sources:
                 }
             )
             if runs := [statement.text for statement in statements if statement.runs]:
-                parts[f"{label}{_RUNS}"] = _digest("\n".join(runs).encode())
-            parts |= {label: _digest(text.encode()), **self._data_named(text, label)}
+                parts[f"{label}{_RUNS}"] = Digest.of("\n".join(runs))
+            parts |= {label: Digest.of(text), **self._data_named(text, label)}
             imports = imports_in(text, name if is_package else above)
             passed_on = {one.alias: one for statement in statements for one in statement.imports}
             self._modules[name] = _Module(path, is_package, parts, imports, passed_on)
@@ -185,7 +185,7 @@ class Sources:
             (path, name) for path, name in self._data if path.startswith(beside) and name in text
         ]
         named = [path for path, name in near if re.search(rf"""["'/]{re.escape(name)}["']""", text)]
-        return {path: _digest((self._root / path).read_bytes()) for path in named}
+        return {path: Digest.of((self._root / path).read_bytes()) for path in named}
 
 
 @dataclass(frozen=True)
@@ -197,10 +197,6 @@ class _Module:
     parts: dict[str, str]
     imports: list[Import]
     passed_on: dict[str, Import]
-
-
-def _digest(data: bytes) -> str:
-    return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
 # --- within the node's own module

@@ -14,15 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from a2v.digest import Digest
 from a2v.io import clear_leftovers, read_bytes
 from a2v.record import Record
-from pipelines.engine.refs import Ref, decode, digest_of, refs_in
+from pipelines.engine.refs import Ref, decode, refs_in
 from pipelines.engine.store import IN_USE_SECONDS, MAX_CALL_BYTES, Store
 
 
 def ref_of(record: Record) -> Ref[Any]:
     """Return the digest under which `Store.put` would store a value."""
-    return Ref(digest_of(record.to_bytes()))
+    return Ref(Digest.of(record.to_bytes()))
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,9 @@ class Forgotten:
 class _Call:
     path: Path
     given: (
-        frozenset[str] | None
+        frozenset[Digest] | None
     )  # Digests among the arguments; None if the record does not have them.
-    gave: frozenset[str]
+    gave: frozenset[Digest]
 
 
 def forget(
@@ -129,7 +130,9 @@ def _calls(folder: Path) -> Iterator[_Call]:
             record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
             gave = frozenset(ref.digest for ref in refs_in(decode(record["result"])))
             given = (
-                frozenset(str(digest) for digest in record["given"]) if "given" in record else None
+                frozenset(Digest(digest) for digest in record["given"])
+                if "given" in record
+                else None
             )
             yield _Call(path, given, gave)
         except Exception:  # damaged, or not a record of this store

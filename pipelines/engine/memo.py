@@ -26,6 +26,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 import joblib
 import numpy as np
 
+from a2v.digest import Digest
 from a2v.errors import A2VError
 from a2v.system import peak_memory
 from a2v.types import Progress
@@ -177,7 +178,7 @@ def plain(value: Any) -> Any:
     So equal values have equal digests, whatever objects they share.
     """
     if isinstance(value, Ref | File):
-        return [type(value).__name__, value.digest]
+        return [type(value).__name__, str(value.digest)]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {
             item.name: plain(getattr(value, item.name))
@@ -197,6 +198,8 @@ def plain(value: Any) -> Any:
         return value.item()
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
+    if isinstance(value, Digest):
+        return str(value)
     if value is None or isinstance(value, str | bytes | bool | int | float):
         return value
     if isinstance(value, os.PathLike):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from a2v.digest import Digest
 from a2v.io import read_bytes
 
 T = TypeVar("T")
@@ -17,17 +17,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Ref(Generic[T]):
-    """Name of a stored value of type T: the digest of its bytes (40 hex digits).
+    """Name of a stored value of type T: the digest of its bytes.
 
     `source` is the name of a user's file in messages. It is not part of equality or of keys.
     """
 
-    digest: str
+    digest: Digest
     source: str = field(default="", compare=False)
-
-    def __post_init__(self) -> None:
-        if len(self.digest) != 40 or not set(self.digest) <= set("0123456789abcdef"):
-            raise ValueError(f"'{self.digest}' is no digest")
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ class File:
     """
 
     path: str
-    digest: str
+    digest: Digest
 
     @classmethod
     def of(cls, path: str | os.PathLike[str], *, limit: int = 1 << 30) -> File:
@@ -49,18 +45,13 @@ class File:
         InputError
             It cannot be read, or is larger than `limit` bytes.
         """
-        return cls(os.path.abspath(path), digest_of(read_bytes(path, limit=limit)))  # noqa: PTH100 (keeps symbolic links)
+        return cls(os.path.abspath(path), Digest.of(read_bytes(path, limit=limit)))  # noqa: PTH100 (keeps symbolic links)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, File) and other.digest == self.digest
 
     def __hash__(self) -> int:
         return hash(self.digest)
-
-
-def digest_of(data: bytes) -> str:
-    """Return forty hex digits of BLAKE2b."""
-    return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
 def refs_in(value: Any) -> Iterator[Ref[Any]]:
@@ -103,7 +94,7 @@ def encode(value: Any) -> Any:
 def decode(value: dict[str, Any]) -> Any:
     """Read refs, and lists, tuples and object arrays of them, from a record."""
     if "ref" in value:
-        return Ref(value["ref"])
+        return Ref(Digest(value["ref"]))
     if "tuple" in value:
         return tuple(decode(item) for item in value["tuple"])
     if "list" in value:

@@ -21,10 +21,11 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
+from a2v.digest import Digest
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes, user_cache_folder
 from a2v.record import Record
-from pipelines.engine.refs import Ref, decode, digest_of, encode, refs_in
+from pipelines.engine.refs import Ref, decode, encode, refs_in
 from pipelines.engine.remote import Remote, is_remote
 from pipelines.engine.trust import folders_that_others_reach, is_shared, others_who_write
 
@@ -67,7 +68,7 @@ class Store:
             Remote(os.fspath(address)) if address is not None and is_remote(address) else None
         )
         if self.remote is not None:
-            self.folder = default_folder() / "copies" / digest_of(self.remote.url.encode())[:16]
+            self.folder = default_folder() / "copies" / Digest.of(self.remote.url)[:16]
         else:
             self.folder = Path(address) if address is not None else default_folder()
         self.address = self.remote.url if self.remote is not None else str(self.folder.absolute())
@@ -114,7 +115,7 @@ class Store:
             The folder cannot be written or the disk is full.
         """
         data = record.to_bytes()
-        ref: Ref[R] = Ref(digest_of(data))
+        ref: Ref[R] = Ref(Digest.of(data))
         if not self.has(ref):
             with self._writing(self.path(ref)) as temporary:
                 temporary.write_bytes(data)
@@ -154,7 +155,7 @@ class Store:
         """
         path = self.path(ref)
         try:
-            good = digest_of(path.read_bytes()) == ref.digest
+            good = Digest.of(path.read_bytes()) == ref.digest
             if good:
                 os.utime(path)
         except OSError:
@@ -178,7 +179,7 @@ class Store:
         if self.remote is None or path.exists():
             return path
         data = self.remote.fetch(_object_key(ref))
-        if data is None or digest_of(data) != ref.digest:
+        if data is None or Digest.of(data) != ref.digest:
             if data is not None:
                 self.remote.remove(_object_key(ref))
             raise LostObjectError(

@@ -47,7 +47,7 @@ def run(options: Options) -> Answer:
             else ["no trajectory: the roots do not travel (decoders lie and plain only)"]
         ),
         *found.notes,
-        f"digest: {found.digest}",
+        f"sha256: {found.sha256}",
         *(
             f"  {label:>2} {action:<20} {len(clips):>5} clips {clips.sum():>7} frames"
             for label, (action, clips) in enumerate(counts.items())
@@ -58,7 +58,7 @@ def run(options: Options) -> Answer:
         "clips": len(found),
         "frames": int(lengths.sum()),
         "fps": float(found.fps),
-        "digest": found.digest,
+        "sha256": found.sha256,
         "subjects": sorted(set(found.subjects)),
         "skeleton": found.skeleton.name,
         "joints": len(found.skeleton.parents),

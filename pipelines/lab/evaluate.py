@@ -278,8 +278,8 @@ def _against_unseen(
     numbers = {
         "subjects": sorted(set(unseen.subjects)),
         "clips": len(unseen),
-        "sha256": unseen.digest,
-        "training_sha256": training.digest,
+        "sha256": unseen.sha256,
+        "training_sha256": training.sha256,
         "scores": scores_as_dict(against),
     }
     text = [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
@@ -330,7 +330,7 @@ def _describe_split(
 ) -> str:
     """Describe the split, and which models and classifiers were trained on the held-out people."""
     people = sorted(set(unseen.subjects))
-    blind = [name for name, model in models.items() if model.trained_on == training.digest]
+    blind = [name for name, model in models.items() if model.trained_on == training.sha256]
     seen = [name for name in models if name not in blind]
     lines = [
         f"Against the {len(unseen)} clips of {', '.join(people)} alone "
@@ -342,6 +342,6 @@ def _describe_split(
         lines.append(f"Trained without these people: {', '.join(blind)}.")
     if seen:
         lines.append(f"Trained on other data, these people possibly included: {', '.join(seen)}.")
-    unaware = evaluator.info.get("dataset_digest") == training.digest
+    unaware = evaluator.info.get("dataset_digest") == training.sha256
     lines.append(f"The classifier was trained {'without' if unaware else 'with'} them.")
     return " ".join(lines)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import InputError
+from a2v.io import sha256
 from a2v.lab.datasets import ActionDataset, load_dataset
 from a2v.lab.evaluation.baselines import (
     FIRST_FRAME,
@@ -30,13 +31,11 @@ FINER = {"cmu": "cmu-fine"}
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A model to measure: its sampler, and the digests of its file and of its training data.
-
-    The file's digest is SHA-256; that of the training data may be unknown.
-    """
+    """A model to measure: its sampler, and the SHA-256 of its file and of its training data (which
+    may be unknown)."""
 
     generate: Generate
-    digest: str
+    sha256: str
     trained_on: str
 
 
@@ -70,12 +69,12 @@ def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict
 def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[str, Evaluated]:
     if name == FIRST_FRAME:
         return "a real first pose, then zeros", Evaluated(
-            first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest
+            first_frame_and_zeros(dataset), FIRST_FRAME, dataset.sha256
         )
     if path.suffix == ".pt":
         trained = open_baseline(name, dataset)
         return trained.name, Evaluated(
-            generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest
+            generator_of_baseline(trained, dataset), trained.sha256, trained.dataset_digest
         )
     model = MotionModel.load(name)
     finer = model.card.dataset == FINER.get(dataset.name)
@@ -91,4 +90,6 @@ def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[s
         generate = generator_of_families(
             model, load_dataset(model.card.dataset, data), dataset, dataset.length
         )
-    return model.card.decoder, Evaluated(generate, model.digest, model.card.dataset_digest or "")
+    return model.card.decoder, Evaluated(
+        generate, sha256(model.path), model.card.dataset_digest or ""
+    )

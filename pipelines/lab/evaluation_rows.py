@@ -42,7 +42,7 @@ class Table:
     ) -> None:
         self.out, self.dataset, self.evaluator, self._protocol = out, dataset, evaluator, protocol
         self._described = {
-            name: {"sha256": model.digest, "trained_on": model.trained_on or None}
+            name: {"sha256": model.sha256, "trained_on": model.trained_on or None}
             for name, model in opened.items()
         }
         self.models: Mapping[str, Generate] = {

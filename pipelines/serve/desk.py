@@ -18,6 +18,7 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from a2v.digest import Digest
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
 from a2v.perception import Corrections
@@ -254,7 +255,7 @@ class Desk:
         async with self._forgetting:
             stays = {digest for one in self.library.photos.values() for digest in _digests(one)}
             gone, keep = (
-                [Ref[Any](digest) for digest in some if digest]
+                [Ref[Any](Digest(digest)) for digest in some if digest]
                 for some in (set(digests) - stays, stays)
             )
             return await self.threads.do(

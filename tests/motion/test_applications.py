@@ -291,9 +291,9 @@ def test_a_generated_data_set_is_one_of_its_model(models):
     assert clip.action == "fast"
     assert len(dataset.split(["S0"])[1]) == 4
     assert (
-        dataset.digest
-        == generated_dataset(model, clips=4, frames=12).digest
-        != generated_dataset(model, clips=4, frames=12, seed=9).digest
+        dataset.sha256
+        == generated_dataset(model, clips=4, frames=12).sha256
+        != generated_dataset(model, clips=4, frames=12, seed=9).sha256
     )
 
 

@@ -126,13 +126,13 @@ class ActionDataset:
         return len(self.joints)
 
     @cached_property
-    def digest(self) -> str:
+    def sha256(self) -> str:
         """SHA-256 over names, labels and joints. It identifies the data of a result."""
-        digest = hashlib.sha256(repr((self.name, self.actions, self.clip_names, self.fps)).encode())
-        digest.update(np.ascontiguousarray(self.labels, dtype=np.int64).tobytes())
+        made = hashlib.sha256(repr((self.name, self.actions, self.clip_names, self.fps)).encode())
+        made.update(np.ascontiguousarray(self.labels, dtype=np.int64).tobytes())
         for joints in self.joints:
-            digest.update(np.ascontiguousarray(joints, dtype=np.float32).tobytes())
-        return digest.hexdigest()
+            made.update(np.ascontiguousarray(joints, dtype=np.float32).tobytes())
+        return made.hexdigest()
 
     @cached_property
     def clip_bone_lengths(self) -> FloatArray:

@@ -102,7 +102,7 @@ class Evaluator:
     network : ActionClassifier
     source : str
         File it came from.
-    digest : str
+    sha256 : str
         SHA-256 of that file.
     info : mapping
         Description by our own training (see `a2v.lab.evaluation.training`); empty for the
@@ -111,7 +111,7 @@ class Evaluator:
 
     network: ActionClassifier
     source: str
-    digest: str
+    sha256: str
     info: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @property

@@ -301,8 +301,8 @@ def report(
         # "generator": each row has its own generator, unlike tables of an older version, which had
         # one for the whole table
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
-        "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
-        "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},
+        "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.sha256},
+        "classifier": {"file": evaluator.source, "sha256": evaluator.sha256, **evaluator.info},
         "versions": {"a2v": __version__, "numpy": np.__version__, "torch": str(torch.__version__)},
         "scores": scores_as_dict(scores),
     }

@@ -140,7 +140,7 @@ class ClassifierTraining(Training):
         """Return the weights, and under "a2v" the description that `load_evaluator` returns."""
         info = {
             "dataset": self.dataset.name,
-            "dataset_digest": self.dataset.digest,
+            "dataset_digest": self.dataset.sha256,
             "actions": list(self.dataset.actions),
             "held_out": sorted(set(self.held_out.subjects)) if self.held_out is not None else [],
             "held_out_accuracy": self.log[-1].get("accuracy", math.nan) if self.log else math.nan,
@@ -189,7 +189,7 @@ def train_classifier(
     path = Path(folder) / FILE
     run = Run(
         path,
-        identity(settings, digest=dataset.digest) | {"frames": dataset.length},
+        identity(settings, digest=dataset.sha256) | {"frames": dataset.length},
         settings.checkpoint_seconds,
     )
     carry_on(

@@ -237,7 +237,7 @@ def train_flow(
     settings = settings or FlowSettings()
     training = FlowTraining(dataset, settings)
     run = Run(
-        Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds
+        Path(folder) / FILE, identity(settings, digest=dataset.sha256), settings.checkpoint_seconds
     )
 
     def show(row: dict[str, float]) -> None:

@@ -238,7 +238,7 @@ def train(
     vae, settings = vae or VAESettings(), settings or TrainSettings()
     run = Run(
         Path(folder) / FILE,
-        identity(vae, settings, digest=dataset.digest),
+        identity(vae, settings, digest=dataset.sha256),
         settings.checkpoint_seconds,
     )
     training = start(dataset, vae, settings)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -11,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from a2v.body import load_body_model
+from a2v.digest import Digest
 from a2v.errors import InputError
 from a2v.geometry.visibility import person_box, silhouette_iou
 from a2v.lab.papers.body_refinement import Pixels, RefinementSettings, refine_body
@@ -87,7 +87,7 @@ class PapersSettings:
         """The settings of `extract_surface`."""
         return ExtractionSettings(resolution=self.resolution, vertices=self.vertices, snap=0)
 
-    def files_digest(self) -> str:
+    def files_digest(self) -> Digest:
         """SHA-256 over the files.
 
         Raises
@@ -119,19 +119,18 @@ class PapersSettings:
             raise InputError(
                 "--pamir-geometry also needs your SMPL file; give --fit.model SMPL.npz"
             )
-        digest = hashlib.sha256()
-        for name in (
+        files = (
             self.pifuhd,
             self.pifu_geometry,
             self.pifu_color,
             self.pamir_geometry,
             self.pamir_texture,
             self.smpl,
-        ):
+        )
+        for name in files:
             if name and not Path(name).is_file():
                 raise InputError(f"{name} does not exist; give the checkpoint's file")
-            digest.update((file_digest(Path(name)) if name else "-").encode())
-        return digest.hexdigest()
+        return Digest.of(*(file_digest(Path(name)) if name else "-" for name in files))
 
     def pinned(self) -> PapersSettings:
         """The same settings with the digest of their files, by which results are remembered; see

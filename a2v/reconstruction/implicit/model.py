@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from a2v.body.skin import outer_skin
+from a2v.digest import Digest
 from a2v.errors import InputError
-from a2v.io import sha256
 from a2v.reconstruction.implicit.inputs import (
     FRAME,
     GUIDE,
@@ -81,9 +81,9 @@ class ImplicitModel:
         )
 
     @property
-    def digest(self) -> str:
-        """SHA-256 over the files."""
-        return sha256(" ".join(file_digest(self.folder / name) for name in FILES).encode())
+    def digest(self) -> Digest:
+        """Digest of all files."""
+        return Digest.of(*(file_digest(self.folder / name) for name in FILES))
 
     def see(self, subject: Subject, body: Body, camera: OrthographicCamera) -> ImplicitPerson:
         """Compute the maps of the person in a photo, with the fitted body in the frame of `camera`

@@ -130,7 +130,7 @@ def test_tables_and_reports_say_what_was_measured(setting):
     scores = evaluate({}, dataset, evaluator, SETTINGS)
     assert "| Real motions |" in markdown_table(scores)
     content = json.loads(json.dumps(report(scores, dataset, evaluator, SETTINGS)))
-    assert content["dataset"]["sha256"] == dataset.digest
+    assert content["dataset"]["sha256"] == dataset.sha256
     assert content["protocol"]["seed"] == 0
     assert len(content["scores"]["Real motions"]["fid"]) == 3
 

@@ -36,7 +36,7 @@ def test_it_tells_clips_apart_that_it_has_not_seen(parts, tmp_path):
     assert rows[-1]["accuracy"] == held_out_accuracy(evaluator, unseen) > 0.9
     assert evaluator.info["held_out_accuracy"] == rows[-1]["accuracy"]
     assert evaluator.info["actions"] == ["slow", "fast"]
-    assert evaluator.info["dataset_digest"] == training.digest
+    assert evaluator.info["dataset_digest"] == training.sha256
     assert set(evaluator.info["held_out"]) == set(unseen.subjects)
     assert (tmp_path / "log.csv").read_text().count("\n") == 5
 

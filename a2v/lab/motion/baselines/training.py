@@ -121,9 +121,9 @@ class BaselineTraining(Training):
         return self.model.learn(batch, iteration / self.settings.iterations, self.improve, draws)
 
     def trained(self) -> TrainedBaseline:
-        """The baseline at this iteration, to sample from; its file has no digest yet."""
+        """The baseline at this iteration, to sample from; it has no file yet."""
         about = self.settings.name, self.model.eval(), self.dataset.actions, self.dataset.name
-        return TrainedBaseline(*about, self.dataset.digest, self.iteration, digest="")
+        return TrainedBaseline(*about, self.dataset.sha256, self.iteration, sha256="")
 
     def content(self) -> dict[str, Any]:
         """Return the weights and their description."""
@@ -155,7 +155,7 @@ class TrainedBaseline:
     dataset, dataset_digest : str
         Its training data.
     iterations : int
-    digest : str
+    sha256 : str
         SHA-256 of its file.
     """
 
@@ -165,7 +165,7 @@ class TrainedBaseline:
     dataset: str
     dataset_digest: str
     iterations: int
-    digest: str
+    sha256: str
 
     @torch.no_grad()
     def generate(
@@ -219,7 +219,7 @@ def train_baseline(
         The run in `folder` was made with other data or settings, or training diverges.
     """
     path = Path(folder) / FILE
-    run = Run(path, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
+    run = Run(path, identity(settings, digest=dataset.sha256), settings.checkpoint_seconds)
     training = BaselineTraining(dataset, settings)
     show = on_log and functools.partial(on_log, training)
     carry_on(training, run, settings, iterations=settings.iterations, on_log=show)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +22,11 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
+CORNER = 0.05
+"""Half width of a rounded corner of the interpolation between shapes, as a share of the distance
+between two of Anny's variations."""
+
+
 class AnnyModel(BodyModel):
     """Anny (Brégier et al. 2025; Apache-2.0, data CC0) with linear blend skinning in PyTorch.
 
@@ -30,6 +37,8 @@ class AnnyModel(BodyModel):
 
     name = "anny"
     joint_bones = JOINT_BONES
+    corner = 1e-6
+    """As `CORNER`; here only large enough that the slope at a corner is the mean of both sides."""
 
     def __init__(self, data: Mapping[str, np.ndarray]):
         import torch
@@ -139,18 +148,9 @@ class AnnyModel(BodyModel):
                 columns += [one] * count  # folded into the projection
                 continue
             low, high = (-1 / 3, 1.0) if name == "age" else (0.0, 1.0)
-            position = ((value[name] - low) / (high - low) * (count - 1)).clamp(0.0, count - 1.0)
-            # A segment instead of hat functions, which have no gradient at a knot.
-            segment = position.detach().floor().clamp(max=count - 2)
-            fraction = position - segment
-            for index in range(count):
-                columns.append(
-                    torch.where(
-                        segment == index,
-                        1 - fraction,
-                        torch.where(segment == index - 1, fraction, 0 * one),
-                    )
-                )
+            position = (value[name] - low) / (high - low) * (count - 1)
+            passed = [one, *(self._passed(position - index) for index in range(count - 1))]
+            columns += [this - after for this, after in pairwise([*passed, 0 * one])]
         columns.append(one)  # the padding's weight
         variations = torch.stack(columns, dim=-1)
         factors = variations[..., self._components]  # (..., C, M)
@@ -158,12 +158,30 @@ class AnnyModel(BodyModel):
         for index in range(1, factors.shape[-1]):
             product = product * factors[..., index]
         local = shape[..., len(self._phenotypes) :]
-        # The slope at zero is one on the positive side, so that a change can leave zero.
-        signed = torch.stack(
-            [torch.where(local >= 0, local, 0 * local), torch.where(local >= 0, 0 * local, -local)],
-            dim=-1,
-        )
+        signed = torch.stack([self._ramp(local), self._ramp(-local)], dim=-1)
         return torch.cat([product @ self._projection.to(shape), signed.flatten(-2)], dim=-1)
+
+    def _passed(self, position: Tensor) -> Tensor:
+        """Return how much of the segment from 0 to 1 lies before `position`, from 0 to 1."""
+        return self._ramp(position) - self._ramp(position - 1)
+
+    def _ramp(self, position: Tensor) -> Tensor:
+        """Return the positive part of `position`, with a parabola within `corner` of zero."""
+        import torch
+
+        curved = (position.clamp(-self.corner, self.corner) + self.corner).square()
+        return torch.where(position > self.corner, position, curved / (4 * self.corner))
+
+    def rounded(self) -> AnnyModel:
+        """Return the model with rounded corners, for a minimization.
+
+        Anny's shapes are interpolated linearly, so that an objective has corners at the middle
+        value of every shape parameter: a minimization stops there wherever it comes from. Rounded
+        by `CORNER`, vertices at a corner move by less than 2 mm, and elsewhere not at all.
+        """
+        other = copy.copy(self)
+        other.corner = CORNER
+        return other
 
     def rest(self, shape: Tensor, vertex_ids: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Return vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (...,

@@ -22,15 +22,22 @@ _ELSEWHERE = 0.03
 """Distance between the two estimates of a nearby landmark at which a pixel's weight is one half,
 relative to the height."""
 
+_AROUND = 3
+"""Number of vertices that share the place of a pixel."""
+
 
 @dataclass(frozen=True, eq=False)
 class DenseEvidence:
-    """Pixels of a body map, each with the vertex that it shows.
+    """Pixels of a body map, each with the place on the body that it shows.
 
     Attributes
     ----------
-    vertex_ids : (n,) int64
+    vertex_ids : (m,) int64
         Of the body model's mesh.
+    chosen : (n, k) int64
+        Entries of `vertex_ids` around the place of each pixel.
+    shares : (n, k)
+        Their shares of the place; each row sums to one.
     pixels : (n, 2)
         Of the photo: u, v.
     depths : (n,)
@@ -40,6 +47,8 @@ class DenseEvidence:
     """
 
     vertex_ids: IntArray
+    chosen: IntArray
+    shares: FloatArray
     pixels: FloatArray
     depths: FloatArray
     weights: FloatArray
@@ -79,7 +88,9 @@ def gather_dense(
     rows, columns = np.nonzero(found.inside)
     if not len(rows):
         return None
-    chosen = np.random.default_rng(seed).permutation(len(rows))[:count]
+    # A priority of every pixel of the map: one pixel more or less inside changes only itself.
+    priority = np.random.default_rng(seed).random(found.inside.shape)
+    chosen = np.argsort(priority[rows, columns])[:count]
     rows, columns = rows[chosen], columns[chosen]
     pixels, depths = (
         found.pixels()[rows, columns].astype(np.float64),
@@ -94,9 +105,12 @@ def gather_dense(
     if unseen is not None:
         deep[np.isin(beside, unseen)] = 0.0
     canonical = canonical_places()
-    _, nearest = cKDTree(canonical.places).query(found.places[rows, columns])
+    nearest, shares = _around(canonical.places, found.places[rows, columns])
+    used, chosen = np.unique(nearest, return_inverse=True)
     return DenseEvidence(
-        vertex_ids=canonical.vertex_ids[nearest],
+        vertex_ids=canonical.vertex_ids[used],
+        chosen=chosen.reshape(nearest.shape),
+        shares=shares,
         pixels=pixels,
         depths=depths,
         weights=agreed / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
@@ -104,3 +118,18 @@ def gather_dense(
         * agreed
         / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )
+
+
+def _around(points: FloatArray, wanted: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the `_AROUND` nearest of `points` (m, 3) to each `wanted` (n, 3), and their shares.
+
+    The shares are Shepard's, with the support of Franke and Nielson (1980): they are continuous,
+    also where another point becomes one of the nearest.
+    """
+    from scipy.spatial import cKDTree
+
+    gaps, nearest = cKDTree(points).query(wanted, k=_AROUND + 1)
+    gaps = np.maximum(gaps, 1e-9)
+    far = gaps[:, -1:]
+    shares = ((far - gaps[:, :-1]) / (far * gaps[:, :-1])) ** 2
+    return nearest[:, :-1], shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-30)

@@ -15,7 +15,7 @@ from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over, fitted_parameters
 from a2v.body.confidence import landmarks_look_wrong, limb_errors, looks_wrong
 from a2v.body.evidence import Evidence, gather_evidence
-from a2v.body.objective import Objective
+from a2v.body.objective import Objective, Rounds
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
 from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
@@ -226,14 +226,9 @@ class Fit:
         objective = self._objective()
         done = 0
         if self.evidence.mask is not None and len(self.evidence.mask.contour):
-            previous = np.inf
-            for done in range(1, self.settings.rounds + 1):
-                objective.renew_silhouette(unknowns)
-                value = objective.minimize(unknowns, self.settings.steps, stage="silhouette")
-                self.progress(2 + done, self.total)
-                if done > 3 and previous - value < self.settings.tolerance * abs(previous):
-                    break
-                previous = value
+            rounds = Rounds(objective, unknowns, self.settings, stage="silhouette")
+            for done in rounds.run():
+                self.progress(min(self.total - 1, 2 + done), self.total)
         loss = objective.values(
             unknowns, "silhouette"
         )  # before the body moves to its place on the ground
@@ -247,20 +242,11 @@ class Fit:
         samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
         objective = Objective(self.model, self.evidence, self.settings, surface=samples)
         unknowns.fix_camera(camera)
-        previous, done = np.inf, 0
-        for done in range(1, self.settings.rounds + 3):
-            # "during the first two iterations we only consider the joints and the pose
-            # regularization"
-            first = done <= 2
-            if not first:
-                objective.renew_surface(unknowns)
-            value = objective.minimize(
-                unknowns, self.settings.steps, stage="surface_joints" if first else "surface"
-            )
-            self.progress(min(self.total - 1, done), self.total)
-            if done > 5 and previous - value < self.settings.tolerance * abs(previous):
-                break
-            previous = value if not first else np.inf
+        # "during the first two iterations we only consider the joints and the pose regularization"
+        objective.minimize(unknowns, self.settings.steps, stage="surface_joints")
+        done = 0
+        for done in Rounds(objective, unknowns, self.settings, stage="surface").run():
+            self.progress(min(self.total - 1, 2 + done), self.total)
         found = {"loss": objective.values(unknowns, "surface"), "rounds": done}
         result = self._result(unknowns, unknowns.camera(), objective.space, found, samples)
         return dataclasses.replace(result, camera=camera)

@@ -1,8 +1,15 @@
-"""L-BFGS with a strong Wolfe line search (torch's), for all fits of the body."""
+"""Minimization for all fits of the body: L-BFGS with a strong Wolfe line search (torch's) in the
+coordinates in which the objective is round.
+
+The curvature of an objective of pose, shape and camera spans five orders of magnitude. In its own
+coordinates L-BFGS stops far from the minimum, at a place that rounding decides. `metric_of` finds
+the scales and directions in which every unit costs the same.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -27,6 +34,57 @@ def _without_dynamo(optimizer: Any) -> None:
             setattr(method, _DYNAMO, method)
 
 
+GRADIENT = 1e-3
+"""Largest component of the gradient at the end of a minimization in a `Metric`: the unknowns are
+then within about a thousandth of their own uncertainty of the minimum."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Coordinates in which an objective is round: ``unknowns = start + axes @ y``.
+
+    Attributes
+    ----------
+    axes : (n, n) float64
+        Symmetric. A unit of `y` changes the objective by one half in every direction.
+    """
+
+    axes: Tensor
+
+
+def metric_of(
+    loss: Callable[[], Tensor], unknowns: Sequence[Tensor], *, least: float = 1.0
+) -> Metric:
+    """Compute the `Metric` of `loss` at the present `unknowns`, from its Hessian.
+
+    Directions of negative curvature count by its size. Curvatures below `least` count as `least`,
+    so that a direction in which the objective is flat stays bounded.
+    """
+    import torch
+
+    flat = _flat(
+        torch.autograd.grad(loss(), unknowns, create_graph=True, allow_unused=True), unknowns
+    )
+    count = len(flat)
+    rows = torch.autograd.grad(
+        flat,
+        unknowns,
+        grad_outputs=torch.eye(count, dtype=flat.dtype),
+        is_grads_batched=True,
+        allow_unused=True,
+    )
+    hessian = torch.cat(
+        [
+            flat.new_zeros(count, one.numel()) if row is None else row.reshape(count, -1)
+            for row, one in zip(rows, unknowns, strict=True)
+        ],
+        dim=1,
+    ).detach()
+    curvature, directions = torch.linalg.eigh((hessian + hessian.T) / 2)
+    scales = curvature.abs().clamp_min(least).rsqrt()
+    return Metric((directions * scales) @ directions.T)
+
+
 def minimize(
     loss: Callable[[], Tensor],
     unknowns: Sequence[Tensor],
@@ -34,7 +92,8 @@ def minimize(
     steps: int,
     history: int,
     tolerance: float = 1e-9,
-) -> None:
+    metric: Metric | None = None,
+) -> float:
     """Lower `loss` in place by at most `steps` iterations.
 
     Parameters
@@ -48,22 +107,56 @@ def minimize(
         Past steps that L-BFGS remembers.
     tolerance : float
         Stop when a step changes neither the loss nor any unknown by more.
+    metric : Metric, optional
+        Of about the same objective at about the same place. With it, the usual stop is a gradient
+        below `GRADIENT`.
+
+    Returns
+    -------
+    float
+        Largest change of an unknown, in the coordinates of `metric`.
     """
     import torch
 
     _without_dynamo(torch.optim.Optimizer)
+    sizes = [one.numel() for one in unknowns]
+    start = torch.cat([one.detach().reshape(-1) for one in unknowns])
+    own = torch.zeros_like(start, requires_grad=True)
+    axes = None if metric is None else metric.axes
     optimizer = torch.optim.LBFGS(
-        unknowns,
+        [own],
         max_iter=steps,
         history_size=history,
+        tolerance_grad=1e-7 if metric is None else GRADIENT,
         tolerance_change=tolerance,
         line_search_fn="strong_wolfe",
     )
 
+    def place() -> None:
+        with torch.no_grad():
+            change = own if axes is None else axes @ own
+            for one, part in zip(unknowns, torch.split(start + change, sizes), strict=True):
+                one.copy_(part.view_as(one))
+
     def closure() -> Tensor:
-        optimizer.zero_grad()
+        place()
         value = loss()
-        value.backward()  # type: ignore[no-untyped-call]
-        return value
+        flat = _flat(torch.autograd.grad(value, unknowns, allow_unused=True), unknowns)
+        own.grad = flat if axes is None else axes @ flat
+        return value.detach()
 
     optimizer.step(closure)  # type: ignore[no-untyped-call]
+    place()
+    return float(own.detach().abs().max())
+
+
+def _flat(parts: Sequence[Tensor | None], unknowns: Sequence[Tensor]) -> Tensor:
+    """Return derivatives by `unknowns` as one vector; None is zero."""
+    import torch
+
+    return torch.cat(
+        [
+            (torch.zeros_like(one) if part is None else part).reshape(-1)
+            for part, one in zip(parts, unknowns, strict=True)
+        ]
+    )

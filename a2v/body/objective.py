@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -10,7 +13,7 @@ from a2v.body import terms as term
 from a2v.body.anny import AnnyModel
 from a2v.body.collision import limb_balls
 from a2v.body.evidence import Evidence
-from a2v.body.lbfgs import minimize
+from a2v.body.lbfgs import Metric, metric_of, minimize
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.settings import FitSettings
@@ -50,6 +53,11 @@ _SOLES = [
 ]
 
 
+FAR = 0.5
+"""Change of an unknown in a round, in units of the metric, after which the metric is computed
+again."""
+
+
 class Objective:
     """The sum of the terms, and its minimization with L-BFGS."""
 
@@ -64,7 +72,12 @@ class Objective:
         """Make the papers' objective (Eq. 15) if `surface` is given, else that of a photo alone."""
         import torch
 
-        self.model, self.evidence, self.settings, self.surface = model, evidence, settings, surface
+        self.model, self.evidence, self.settings, self.surface = (
+            model.rounded(),
+            evidence,
+            settings,
+            surface,
+        )
         self.space = pose_space(model)
         self.balls = limb_balls(model)
         self._pixels, self._weights = _tensor(evidence.pixels), _tensor(evidence.weights)
@@ -96,6 +109,10 @@ class Objective:
             self._dense_ids, self._dense_depths = (
                 torch.from_numpy(dense.vertex_ids),
                 _tensor(dense.depths),
+            )
+            self._dense_chosen, self._dense_shares = (
+                torch.from_numpy(dense.chosen),
+                _tensor(dense.shares),
             )
             self._dense_pixels, self._dense_weights = _tensor(dense.pixels), _tensor(dense.weights)
             self._dense_depth_weights = _tensor(dense.depth_weights)
@@ -166,7 +183,9 @@ class Objective:
         )
         terms["bounds"] = term.outside(unknowns.shape, self._shape_bounds, tolerance=0.02)
         if unknowns.pitch.requires_grad and unknowns.view.distance > 0:
-            terms["camera"] = term.held_camera(unknowns.camera_height(landmarks[_SOLES, 1].min()))
+            terms["camera"] = term.held_camera(
+                unknowns.camera_height(term.lowest(landmarks[_SOLES, 1]))
+            )
             if e.distance_spread > 0:
                 terms["distance"] = s.distance_weight * term.usual_distance(
                     unknowns.log_distance, estimate=e.view.distance, spread=e.distance_spread
@@ -274,9 +293,10 @@ class Objective:
         return terms
 
     def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:
-        """Return the terms of the body map's pixels for their `vertices` (n, 3); `scale` () is the
-        camera's."""
+        """Return the terms of the body map's pixels for the `vertices` (m, 3) around their places;
+        `scale` () is the camera's."""
         s, height = self.settings, self.evidence.height
+        vertices = (self._dense_shares[..., None] * vertices[self._dense_chosen]).sum(-2)
         seen = term.seen_at(
             unknowns.project(vertices),
             self._dense_pixels,
@@ -318,6 +338,13 @@ class Objective:
         vertices: FloatArray = state.vertices.numpy()
         return vertices
 
+    def renew(self, unknowns: Unknowns, stage: Stage) -> None:
+        """Update the correspondences of a stage."""
+        if stage == "silhouette":
+            self.renew_silhouette(unknowns)
+        else:
+            self.renew_surface(unknowns)
+
     def renew_silhouette(self, unknowns: Unknowns) -> None:
         """Match points of the mask's contour, if there is a mask, to the rim of the current
         body."""
@@ -338,10 +365,8 @@ class Objective:
         assert self.surface is not None
         self._matches = match_surface(self.surface, self._skin(unknowns), self.model.faces)
 
-    def minimize(self, unknowns: Unknowns, steps: int, *, stage: Stage) -> float:
-        """Lower the objective by at most `steps` iterations of L-BFGS; returns its value."""
-        import torch
-
+    def _free(self, unknowns: Unknowns, stage: Stage) -> list[Tensor]:
+        """The unknowns that a stage changes."""
         free = [unknowns.root, unknowns.translation]
         if unknowns.log_scale.requires_grad and stage != "depth":
             free.append(unknowns.log_scale)
@@ -353,12 +378,29 @@ class Objective:
             free.append(unknowns.angles)
         if stage not in ("depth", "camera"):
             free.append(unknowns.shape)
+        return free
 
-        def loss() -> Tensor:
-            return torch.stack(list(self.terms(unknowns, stage).values())).sum()
+    def _loss(self, unknowns: Unknowns, stage: Stage) -> Tensor:
+        import torch
 
-        minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
-        return self.cost(unknowns, stage)
+        return torch.stack(list(self.terms(unknowns, stage).values())).sum()
+
+    def metric(self, unknowns: Unknowns, *, stage: Stage) -> Metric:
+        """The coordinates in which the objective of a stage is round at `unknowns`."""
+        return metric_of(partial(self._loss, unknowns, stage), self._free(unknowns, stage))
+
+    def minimize(
+        self, unknowns: Unknowns, steps: int, *, stage: Stage, metric: Metric | None = None
+    ) -> float:
+        """Lower the objective by at most `steps` iterations of L-BFGS; return the largest change of
+        an unknown in the coordinates of `metric`, which is computed here by default."""
+        return minimize(
+            partial(self._loss, unknowns, stage),
+            self._free(unknowns, stage),
+            steps=steps,
+            history=20,
+            metric=metric or self.metric(unknowns, stage=stage),
+        )
 
     def minimize_angles(
         self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage
@@ -373,9 +415,34 @@ class Objective:
             unknowns.angles = others.index_put((index,), own)
             return torch.stack(list(self.terms(unknowns, stage).values())).sum()
 
-        minimize(loss, [own], steps=steps, history=20, tolerance=1e-7)
+        minimize(loss, [own], steps=steps, history=20, metric=metric_of(loss, [own]))
         unknowns.angles = others.index_put((index,), own.detach()).requires_grad_()
         return self.cost(unknowns, stage)
+
+
+@dataclass
+class Rounds:
+    """Rounds of a fit: each updates the correspondences of silhouette or surface and lowers the
+    objective, until a round moves nothing."""
+
+    objective: Objective
+    unknowns: Unknowns
+    settings: FitSettings
+    stage: Stage
+
+    def run(self) -> Iterator[int]:
+        """Yield the number of each finished round."""
+        metric, change = None, np.inf
+        for done in range(1, self.settings.rounds + 1):
+            self.objective.renew(self.unknowns, self.stage)
+            if change > FAR:
+                metric = self.objective.metric(self.unknowns, stage=self.stage)
+            change = self.objective.minimize(
+                self.unknowns, self.settings.steps, stage=self.stage, metric=metric
+            )
+            yield done
+            if change < self.settings.tolerance:
+                break
 
 
 def _tensor(values: Any) -> Tensor:

@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.body.anny import AnnyModel
 from a2v.body.evidence import Evidence
-from a2v.body.objective import Objective
+from a2v.body.objective import Objective, Stage
 from a2v.body.pose_bank import alike, alike_outline, load_pose_bank
 from a2v.body.settings import FitSettings
 from a2v.body.start import candidates
@@ -30,17 +30,15 @@ class Guess:
 def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> Guess:
     """Estimate camera and orientation from the keypoints.
 
-    If no depth is known, several starts are tried. Returns the best after a short fit of joints.
+    If no depth is known, several starts are tried. Returns the best after a fit of joints.
     """
     guesses = []
     for unknowns in candidates(evidence, model):
-        if evidence.has_depth:
-            objective.minimize(unknowns, 15, stage="depth")
-        objective.minimize(unknowns, 20, stage="camera")
-        guesses.append(Guess(unknowns, objective.minimize(unknowns, 30, stage="joints"), evidence))
-    best = min(guesses, key=lambda guess: guess.loss)
-    objective.minimize(best.unknowns, 60, stage="joints")
-    return best
+        stages: tuple[Stage, ...] = ("depth",) if evidence.has_depth else ()
+        for stage in (*stages, "camera", "joints"):
+            objective.minimize(unknowns, objective.settings.steps, stage=stage)
+        guesses.append(Guess(unknowns, objective.cost(unknowns, "joints"), evidence))
+    return min(guesses, key=lambda guess: guess.loss)
 
 
 def guess_by_landmarks(
@@ -55,7 +53,8 @@ def guess_by_landmarks(
     for like in alike(bank, evidence, count=starts):
         unknowns = _start(like.root, bank.angles[like.number], model, camera, evidence.view)
         objective.minimize(unknowns, 15, stage="camera")
-        guesses.append(Guess(unknowns, objective.minimize(unknowns, 25, stage="joints"), evidence))
+        objective.minimize(unknowns, 25, stage="joints")
+        guesses.append(Guess(unknowns, objective.cost(unknowns, "joints"), evidence))
     return min(guesses, key=lambda guess: guess.loss, default=None)
 
 
@@ -73,11 +72,10 @@ def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings
         )
         doubted = evidence.doubted(TYPICAL_HEIGHT * placed.camera.scale)
         careful = Objective(model, doubted, settings)
-        loss = np.inf
         for _ in range(3):
             careful.renew_silhouette(unknowns)
-            loss = careful.minimize(unknowns, 10, stage="silhouette")
-        guesses.append(Guess(unknowns, loss, doubted))
+            careful.minimize(unknowns, 10, stage="silhouette")
+        guesses.append(Guess(unknowns, careful.cost(unknowns, "silhouette"), doubted))
     return min(guesses, key=lambda guess: guess.loss, default=None)
 
 

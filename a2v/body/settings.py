@@ -80,11 +80,12 @@ class FitSettings:
         resemble the landmarks, then this many that fill the mask. 0 turns off these restarts and
         those of single limbs.
     rounds : int
-        Number of rounds with the silhouette or the surface. Each round updates the correspondences.
+        Largest number of rounds with the silhouette or the surface. Each round updates the
+        correspondences.
     steps : int
-        L-BFGS iterations per round.
+        Largest number of L-BFGS iterations of a round. The gradient stops it before.
     tolerance : float
-        Stop early when a round lowers the objective by less than this fraction.
+        Stop when a round changes no unknown by more than this share of its own uncertainty.
     seed : int
         Seed of the choice of sampled vertices.
     """
@@ -114,9 +115,9 @@ class FitSettings:
     joints_weight: float = 2.0
     prior_weight: float = 0.2
     starts: int = 5
-    rounds: int = 12
-    steps: int = 15
-    tolerance: float = 2e-3
+    rounds: int = 30
+    steps: int = 100
+    tolerance: float = 0.01
     seed: int = 0
 
     def __post_init__(self) -> None:

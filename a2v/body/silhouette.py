@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -180,17 +181,30 @@ def rasterize(
     }
 
 
+_RIM_TURN = 0.3
+"""Sine of the angle out of the image plane at which a vertex's normal counts for 1 / e as a normal
+of the outline."""
+_RIM_DEPTH = 2.5
+"""Distance from the rendered mask's edge at which a vertex counts for one half as a part of the
+outline, pixels of the raster."""
+_NEIGHBORS = 12
+"""Number of vertices of the rim that share a point of the contour."""
+_SPREAD = 0.006
+"""Standard deviation of this share, as a fraction of the person's height."""
+
+
 def rim_vertices(
     vertices: FloatArray,
     faces: IntArray,
     camera: OrthographicCamera,
     raster: BoolArray,
     step: float,
-) -> tuple[IntArray, FloatArray, FloatArray]:
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
     """Find the vertices on the outline of the body in the camera's view.
 
-    A vertex is on the rim if both front- and back-facing triangles meet there and the rendered
-    mask's edge is near (so rims in front of the body itself do not count).
+    A vertex belongs to the rim as far as its normal lies in the image and the edge of the rendered
+    mask is near, so that rims in front of the body itself do not count. Both fade, so that a body
+    that moves a little has nearly the same rim.
 
     Returns
     -------
@@ -198,47 +212,56 @@ def rim_vertices(
     pixels : (n, 2) float
     normals : (n, 2) float
         Outward, in the image.
+    weights : (n,) float
+        From 0.05 to 1.
     """
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import distance_transform_edt, map_coordinates
 
-    corner = vertices[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    facing = normal[:, 2] > 0
-    front = np.zeros(len(vertices), dtype=bool)
-    back = np.zeros(len(vertices), dtype=bool)
-    front[faces[facing].ravel()] = True
-    back[faces[~facing].ravel()] = True
-    ids = np.flatnonzero(front & back)
-    pixels = camera.project(vertices[ids])
+    normal = vertex_normals(vertices, faces)
+    turned = np.exp(-((normal[:, 2] / _RIM_TURN) ** 2))
+    near = np.flatnonzero(turned > 0.05)
+    pixels = camera.project(vertices[near])
+    # No rim where the frame cuts the body.
+    padded = np.pad(raster, 1)
+    inside = distance_transform_edt(padded) - distance_transform_edt(~padded)
+    place = (pixels / step + 0.5)[:, ::-1].T
+    depth = map_coordinates(inside, place, order=1, mode="constant", cval=1e3)
+    weights = turned[near] / (1 + (depth / _RIM_DEPTH) ** 4)
     height, width = raster.shape
-    cell = np.floor(pixels / step).astype(int)
-    in_frame = (cell >= 0).all(axis=1) & (cell[:, 0] < width) & (cell[:, 1] < height)
-    padded = np.pad(raster, 1)  # no rim where the frame cuts the body
-    depth = distance_transform_edt(padded)[1:-1, 1:-1] if raster.any() else np.zeros(raster.shape)
-    near = np.zeros(len(ids), dtype=bool)
-    near[in_frame] = depth[cell[in_frame, 1], cell[in_frame, 0]] < 2.5
-    vertex_normal = np.zeros_like(vertices)
-    for index in range(3):
-        np.add.at(vertex_normal, faces[:, index], normal)
-    flat = vertex_normal[ids][:, :2] * [1.0, -1.0]
+    in_frame = (pixels >= 0).all(axis=1) & (pixels < np.array([width, height]) * step).all(axis=1)
+    kept = in_frame & (weights > 0.05)
+    flat = normal[near[kept], :2] * [1.0, -1.0]
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
-    return ids[near], pixels[near], flat[near]
+    return near[kept], pixels[kept], flat, weights[kept]
 
 
 @dataclass(frozen=True, eq=False)
 class RimMatches:
-    """Matched points of a mask's contour and vertices of the body's rim.
+    """Points of a mask's contour, each matched to a weighted mean of vertices of the body's rim.
 
     Attributes
     ----------
-    vertex_ids : (n,) int64
+    vertex_ids : (m,) int64
+    chosen : (n, k) int64
+        Entries of `vertex_ids` that belong to each point.
+    shares : (n, k) float64
+        Their shares; each row sums to one.
+    weights : (n,) float64
+        Trust in each match.
     pixels, normals : (n, 2) float64
         Points of the contour, and its outward normals in the image.
     """
 
     vertex_ids: torch.Tensor
+    chosen: torch.Tensor
+    shares: torch.Tensor
+    weights: torch.Tensor
     pixels: torch.Tensor
     normals: torch.Tensor
+
+    def matched(self, pixels: torch.Tensor) -> torch.Tensor:
+        """Return the matched points (n, 2) for the rim's vertices at `pixels` (m, 2)."""
+        return (self.shares[..., None] * pixels[self.chosen]).sum(-2)
 
 
 def match_rim(
@@ -252,27 +275,36 @@ def match_rim(
     """Match points of the mask's contour to the rim of a body (V, 3); None for fewer than ten
     matches.
 
-    `height` is the person's, in pixels: matches are nearer than 12 % of it (chosen by hand).
+    `height` is the person's, in pixels: matches are nearer than about 12 % of it (chosen by hand).
+    Shares and weights are smooth functions of the body, so that rounds of matching converge.
     """
     import torch
     from scipy.spatial import cKDTree
+    from scipy.special import expit
 
     raster = rasterize(vertices, faces, camera, mask.inside.shape, step=mask.step)["mask"]
-    ids, pixels, normals = rim_vertices(vertices, faces, camera, raster, mask.step)
-    if len(ids) < 10:
+    ids, pixels, normals, rim = rim_vertices(vertices, faces, camera, raster, mask.step)
+    if len(ids) < max(10, _NEIGHBORS):
         return None
     every = max(1, len(mask.contour) // 350)
     contour, outward = mask.contour[::every], mask.normals[::every]
     # Direction counts as much as position: a contour that faces left belongs to a left rim.
     reach = 0.06 * height
     tree = cKDTree(np.concatenate([pixels, reach * normals], axis=1))
-    nearest = np.asarray(tree.query(np.concatenate([contour, reach * outward], axis=1))[1])
-    good = (normals[nearest] * outward).sum(axis=1) > 0.3
-    good &= np.linalg.norm(pixels[nearest] - contour, axis=1) < 0.12 * height
-    if good.sum() < 10:
+    gaps, chosen = tree.query(np.concatenate([contour, reach * outward], axis=1), k=_NEIGHBORS)
+    nearer = gaps**2 - gaps[:, :1] ** 2
+    shares = rim[chosen] * np.exp(-nearer / (2 * (_SPREAD * height) ** 2))
+    shares /= shares.sum(axis=1, keepdims=True)
+    along = ((shares[..., None] * normals[chosen]).sum(axis=1) * outward).sum(axis=1)
+    away = np.linalg.norm((shares[..., None] * pixels[chosen]).sum(axis=1) - contour, axis=1)
+    weights = expit((along - 0.3) / 0.05) * expit((0.12 - away / height) / 0.01)
+    if weights.sum() < 10:
         return None
     return RimMatches(
-        vertex_ids=torch.from_numpy(ids[nearest[good]]),
-        pixels=torch.from_numpy(contour[good].astype(np.float64)),
-        normals=torch.from_numpy(outward[good].astype(np.float64)),
+        vertex_ids=torch.from_numpy(ids),
+        chosen=torch.from_numpy(chosen),
+        shares=torch.from_numpy(shares),
+        weights=torch.from_numpy(weights),
+        pixels=torch.from_numpy(contour.astype(np.float64)),
+        normals=torch.from_numpy(outward.astype(np.float64)),
     )

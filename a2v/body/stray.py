@@ -103,7 +103,8 @@ def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: st
     costs = [objective.minimize_angles(start, own, _STEPS, stage="silhouette") for start in starts]
     for number in np.argsort(costs)[:_KEPT]:
         objective.renew_silhouette(starts[number])
-        cost = objective.minimize(starts[number], _STEPS, stage="silhouette")
+        objective.minimize(starts[number], _STEPS, stage="silhouette")
+        cost = objective.cost(starts[number], "silhouette")
         if cost < least:
             best, least = starts[number], cost
     return best

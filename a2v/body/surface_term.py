@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.body.evidence import Evidence
+from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import ray_scene
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import FloatArray, IntArray, PhotoCamera, Surface
@@ -83,11 +84,14 @@ class SurfaceMatches:
     vertex_ids : (n,) int64
     points, normals : (n, 3) float64
         Of the surface.
+    weights : (n,) float64
+        Trust in each match: a smooth function of the body, so that rounds of matching converge.
     """
 
     vertex_ids: torch.Tensor
     points: torch.Tensor
     normals: torch.Tensor
+    weights: torch.Tensor
 
 
 def match_surface(
@@ -100,6 +104,7 @@ def match_surface(
     """
     import torch
     from scipy.spatial import cKDTree
+    from scipy.special import expit
 
     normals = vertex_normals(vertices, faces)
     rng = np.random.default_rng(0)
@@ -115,27 +120,16 @@ def match_surface(
     ids = np.concatenate([to_body, some])
     points = np.concatenate([samples.points, samples.points[back]])
     outward = np.concatenate([samples.normals, samples.normals[back]])
-    agree = (normals[ids] * outward).sum(axis=1) > 0.2
-    close = np.linalg.norm(vertices[ids] - points, axis=1) < 0.25
-    good = agree & close
-    if good.sum() <= 20:
+    agree = expit(((normals[ids] * outward).sum(axis=1) - 0.2) / 0.05)
+    weights = agree * expit((0.25 - np.linalg.norm(vertices[ids] - points, axis=1)) / 0.02)
+    if weights.sum() <= 20:
         return None
     return SurfaceMatches(
-        torch.from_numpy(ids[good]),
-        points=torch.from_numpy(points[good]),
-        normals=torch.from_numpy(outward[good]),
+        torch.from_numpy(ids),
+        points=torch.from_numpy(points),
+        normals=torch.from_numpy(outward),
+        weights=torch.from_numpy(weights),
     )
-
-
-def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Area-weighted unit normals (V, 3)."""
-    corner = vertices[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    total = np.zeros_like(vertices)
-    for index in range(3):
-        np.add.at(total, faces[:, index], normal)
-    unit: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
-    return unit
 
 
 def _joints_inside(

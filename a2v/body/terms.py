@@ -125,6 +125,13 @@ def collision(balls: LimbBalls, state: BodyState) -> Tensor:
     return (balls.penetration(state) / 0.01).square().sum()
 
 
+def lowest(heights: Tensor) -> Tensor:
+    """Return the least of `heights` (n,), meters: their mean with weights that fall by e per
+    centimeter, which has no corner where two are equal."""
+    weights = (-heights / 0.01).softmax(-1)
+    return (weights * heights).sum(-1)
+
+
 def held_camera(height: Tensor) -> Tensor:
     """Penalize an unusual `height` () of the camera above the ground, meters."""
     return ((height - HELD) / 0.2).square()
@@ -210,14 +217,15 @@ def skin_in_mask(
 def rim_on_contour(
     pixels: Tensor, rim: RimMatches, *, height: float, robust: float, sigma: float
 ) -> Tensor:
-    """Pull the body's rim at pixels (n, 2) to the mask's contour.
+    """Pull the body's rim at pixels (m, 2) to the mask's contour.
 
     A match may slide along the contour.
     """
-    gap = (pixels - rim.pixels) / height
+    gap = (rim.matched(pixels) - rim.pixels) / height
     across = (gap * rim.normals).sum(-1).square()
     along = gap.square().sum(-1) - across
-    return _OUTLINE * geman_mcclure(across + 0.1 * along, robust).mean() / sigma**2
+    penalty = rim.weights * geman_mcclure(across + 0.1 * along, robust)
+    return _OUTLINE * penalty.sum() / rim.weights.sum() / sigma**2
 
 
 def seen_at(pixels: Tensor, expected: Tensor, *, weights: Tensor, height: float) -> Tensor:
@@ -247,7 +255,8 @@ def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float
     gap = vertices - matches.points
     across = (gap * matches.normals).sum(-1).square()
     square = across + 0.1 * (gap.square().sum(-1) - across)
-    return _SURFACE * geman_mcclure(square, robust).mean() / 0.01**2
+    penalty = matches.weights * geman_mcclure(square, robust)
+    return _SURFACE * penalty.sum() / matches.weights.sum() / 0.01**2
 
 
 def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Tensor:

@@ -12,7 +12,7 @@ import numpy as np
 from a2v.body.confidence import SUSPICION
 from a2v.body.evidence import gather_evidence
 from a2v.body.fit import Fit, FitResult, one_thread, unknowns_of
-from a2v.body.lbfgs import minimize
+from a2v.body.lbfgs import metric_of, minimize
 from a2v.body.objective import Objective, Stage
 from a2v.body.registry import load_body_model
 from a2v.body.second_photo import best_side, heading
@@ -170,7 +170,7 @@ class _Together:
 
     def to_surfaces(self, progress: Progress | None) -> list[FitResult]:
         """Fit to the surfaces (Eq. 15), in their frames."""
-        self._minimize(self.settings.steps, "surface_joints")
+        self._minimize("surface_joints")
         done = self._rounds("surface", progress)
         results = []
         for part, one, own, fit, sample in zip(
@@ -182,21 +182,20 @@ class _Together:
         return results
 
     def _rounds(self, stage: Stage, progress: Progress | None) -> int:
-        """Run rounds with updated matches until a round gains little; return their number."""
-        previous, done = np.inf, 0
+        """Run rounds with updated matches until a round moves nothing; return their number."""
+        done = 0
         for done in range(1, self.settings.rounds + 1):
             for one, own in zip(self.objectives, self.unknowns, strict=True):
-                one.renew_silhouette(own) if stage == "silhouette" else one.renew_surface(own)
-            value = self._minimize(self.settings.steps, stage)
+                one.renew(own, stage)
+            change = self._minimize(stage)
             if progress is not None:
                 progress(done, self.settings.rounds)
-            if done > 3 and previous - value < self.settings.tolerance * abs(previous):
+            if change < self.settings.tolerance:
                 break
-            previous = value
         return done
 
-    def _minimize(self, steps: int, stage: Stage) -> float:
-        """Lower the sum of the objectives; returns its value."""
+    def _minimize(self, stage: Stage) -> float:
+        """Lower the sum of the objectives; return the largest change of an unknown."""
         import torch
 
         free = [self.unknowns[0].shape]
@@ -217,9 +216,13 @@ class _Together:
             ]
             return torch.stack(values).sum() + self._pose_differences()
 
-        minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
-        with torch.no_grad():
-            return float(loss())
+        return minimize(
+            loss,
+            free,
+            steps=self.settings.steps,
+            history=20,
+            metric=metric_of(loss, free),
+        )
 
     def _pose_differences(self) -> Tensor:
         """Penalize differences between the poses."""

@@ -24,8 +24,10 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
         bodymap_of(body, camera, 480), subject.keypoints, height=height, count=400, seed=0
     )
     assert found is not None
-    assert len(found.vertex_ids) == 400
-    skin = torch.from_numpy(body.vertices[found.vertex_ids].astype(np.float64))
+    assert len(found.pixels) == len(found.chosen) == 400
+    np.testing.assert_allclose(found.shares.sum(axis=1), 1.0)
+    around = body.vertices[found.vertex_ids].astype(np.float64)[found.chosen]
+    skin = torch.from_numpy((found.shares[..., None] * around).sum(axis=1))
     gap = np.linalg.norm(camera.project(skin.numpy()) - found.pixels, axis=1)
     assert np.median(gap) < 0.01 * height  # vertices are some centimeters apart
     weights = torch.from_numpy(found.depth_weights)
@@ -112,3 +114,40 @@ def test_of_standing_people_depths_and_the_head_have_no_weight() -> None:
 def test_bad_numbers_of_pixels_are_refused() -> None:
     with pytest.raises(InputError, match="dense_pixels"):
         FitSettings(dense_pixels=-1)
+
+
+def test_the_places_do_not_jump_when_the_map_moves_a_little() -> None:
+    body = random_body(3)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    random = np.random.default_rng(0)
+    moved = dataclasses.replace(
+        found,
+        places=found.places
+        + np.float32(1e-5) * random.standard_normal(found.places.shape).astype(np.float32),
+    )
+    first, then = (
+        gather_dense(one, subject.keypoints, height=400.0, count=4096, seed=0)
+        for one in (found, moved)
+    )
+    assert first is not None
+    assert then is not None
+    skins = [
+        (one.shares[..., None] * body.vertices[one.vertex_ids][one.chosen]).sum(axis=1)
+        for one in (first, then)
+    ]
+    assert np.linalg.norm(skins[0] - skins[1], axis=1).max() < 0.001
+
+
+def test_a_pixel_more_inside_changes_no_other_pixel() -> None:
+    body = random_body(3)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    less = found.inside.copy()
+    less[tuple(np.argwhere(less)[0])] = False
+    samples = [
+        gather_dense(one, subject.keypoints, height=400.0, count=100, seed=0)
+        for one in (found, dataclasses.replace(found, inside=less))
+    ]
+    both = [{tuple(pixel) for pixel in one.pixels.tolist()} for one in samples if one is not None]
+    assert len(both[0] ^ both[1]) <= 2

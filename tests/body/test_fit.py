@@ -12,10 +12,10 @@ from a2v.body import JOINT_BONES, PARTS, FitResult, FitSettings, fit_body, load_
 from a2v.body.evidence import gather_evidence
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
-from a2v.body.surface_term import vertex_normals
 from a2v.body.view import USUAL
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
+from a2v.geometry.mesh import vertex_normals
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.bodies import joint_errors, landmarks_of, near_view, random_body, subject_of

@@ -147,6 +147,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     options.running.tell_times(outcome)
     if not written:
         raise InputError(f"the node {options.only} has no result to write")
+    options.running.tell_made([*written, report], outcome.seconds)
     return Answer(
         files=[*written, report],
         text=str(written[0]),

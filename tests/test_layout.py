@@ -42,3 +42,15 @@ def test_shared_makers_rely_on_the_library_and_on_each_other_alone():
             for name in imported_modules(path)
             if name.split(".")[0] == "tests" and name.split(".")[1:2] != ["support"]
         ], path
+
+
+def test_commands_of_the_laboratory_are_tested_in_its_folder():
+    """`make test-product` leaves out folders, so that no list can go stale."""
+    commands = {path.stem for path in (FOLDER.parent / "pipelines" / "lab").glob("*.py")}
+    assert not [
+        path.name
+        for path in FOLDER.glob("test_*_command.py")
+        if path.stem.removeprefix("test_").removesuffix("_command") in commands
+    ]
+    make = (FOLDER.parent / "Makefile").read_text(encoding="utf-8")
+    assert "--ignore=tests/lab --ignore=tests/export" in make

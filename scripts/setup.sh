@@ -42,7 +42,7 @@ fraction() {
   if [[ "$1" = packages* ]]; then
     whole=$(grep -c '==' constraints.txt)
     said=$(grep -c '^Collecting' "$log" || true)
-    there=$(find .venv/lib/python*/site-packages -maxdepth 1 -name '*.dist-info' | wc -l)
+    there=$(find .venv/lib/python*/site-packages -maxdepth 1 -name '*.dist-info' 2>/dev/null | wc -l)
     [ "$(((said + there) * 50 / whole))" -le "$done" ] || done=$(((said + there) * 50 / whole))
   fi
   echo $((done < 99 ? done : 99))

@@ -7,6 +7,7 @@ import os
 import shutil
 import tempfile
 from collections import defaultdict
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ pytest_plugins = ["tests.support.characters", "tests.support.dressed", "tests.su
 SLOW = Path(__file__).parent / "tests" / "slow.txt"
 """Files of tests that ``--fast`` leaves out, one per line with the seconds that each took."""
 FAST_SECONDS = 200.0
-"""What the files that ``--fast`` runs took together, in one process, when the list was made."""
+"""Processor seconds that the files which ``--fast`` runs took together when the list was made."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -25,7 +26,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--note-slow",
         action="store_true",
-        help="measure, and write tests/slow.txt anew; only with the whole suite",
+        help="write tests/slow.txt anew; only with the whole suite",
     )
 
 
@@ -35,8 +36,9 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault("A2V_SMALL", "1")  # notebooks run at their small size
     if "A2V_CACHE" not in os.environ and not hasattr(config, "workerinput"):
         config.stash[_MADE] = os.environ["A2V_CACHE"] = tempfile.mkdtemp(prefix="a2v-tests-")
-    if config.getoption("--note-slow") and not hasattr(config, "workerinput"):
-        config.pluginmanager.register(_Durations())
+    config.pluginmanager.register(_Processor())
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(_Spent(write=config.getoption("--note-slow")))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -63,17 +65,38 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     )
 
 
-class _Durations:
-    """Seconds per file, fixtures included; at the end those that are not among the quickest of
-    `FAST_SECONDS` together are listed."""
+class _Processor:
+    """Adds to each report the processor seconds of this process and its ended children since the
+    last one; unlike durations they depend little on what else runs."""
 
     def __init__(self) -> None:
-        self.seconds = defaultdict[str, float](float)
+        self.last = sum(os.times()[:4])
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        report = yield
+        now = sum(os.times()[:4])
+        report.processor, self.last = now - self.last, now
+        return report
+
+
+class _Spent:
+    """Processor seconds per file, fixtures included; their sum is printed, and with `write` those
+    that are not among the quickest of `FAST_SECONDS` together are listed."""
+
+    def __init__(self, *, write: bool) -> None:
+        self.seconds, self.write = defaultdict[str, float](float), write
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self.seconds[report.nodeid.partition("::")[0]] += report.duration
+        self.seconds[report.nodeid.partition("::")[0]] += getattr(report, "processor", 0.0)
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        minutes = sum(self.seconds.values()) / 60
+        terminalreporter.write_line(f"processor time of these tests: {minutes:.1f} min")
 
     def pytest_sessionfinish(self) -> None:
+        if not self.write:
+            return
         total, slow = 0.0, list[tuple[str, float]]()
         for name, seconds in sorted(self.seconds.items(), key=lambda item: item[1]):
             total += seconds
@@ -83,9 +106,8 @@ class _Durations:
             f"{name} {seconds:.0f}" for name, seconds in sorted(slow, key=lambda item: -item[1])
         ]
         SLOW.write_text(
-            "# Written by `make slow`: files that `make test-fast` leaves out, and their seconds.\n"
-            + "\n".join(lines)
-            + "\n"
+            "# Written by `make slow`: files that `make test-fast` leaves out, and their processor "
+            "seconds.\n" + "\n".join(lines) + "\n"
         )
 
 

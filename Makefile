@@ -32,16 +32,16 @@ page: setup ## a page in the browser: a photo in, a video out; Ctrl-C ends it
 	@$(PY) -m pipelines serve --browser $(ARGS)
 
 test: setup ## run every test
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --no-loadscope-reorder --durations=15 $(ARGS)
 
 test-product: setup ## every test but those of the laboratory (tests/lab, tests/export) and of the notebooks
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile tests --ignore=tests/lab --ignore=tests/export $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --no-loadscope-reorder tests --ignore=tests/lab --ignore=tests/export $(ARGS)
 
 test-fast: setup ## the quick files of tests, in under three minutes: for whoever edits
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --fast $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder --fast $(ARGS)
 
 slow: setup ## measure every test and list the slow files in tests/slow.txt, which test-fast leaves out
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --note-slow $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder --note-slow $(ARGS)
 
 fuzz: setup ## hostile files, options and requests: CASES=300 of each kind, drawn by SEED=1, told in REPORT=FILE
 	@A2V_FUZZ=$(CASES) A2V_FUZZ_REPORT=$(REPORT) $(PY) -m pytest tests/fuzz --hypothesis-seed=$(SEED) $(ARGS)

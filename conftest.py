@@ -3,6 +3,7 @@ every test; and which files are fast."""
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import tempfile
@@ -52,17 +53,26 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """With ``--fast`` the listed files are not even imported."""
     if not config.getoption("--fast"):
         return None
-    slow = {
-        line.split()[0]
-        for line in SLOW.read_text().splitlines()
-        if line and not line.startswith("#")
-    }
-    return (
-        True
-        if collection_path.is_relative_to(SLOW.parents[1])
-        and collection_path.relative_to(SLOW.parents[1]).as_posix() in slow
-        else None
-    )
+    return True if _name(collection_path) in _slow_files() else None
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the slowest files: so that no worker is left alone with one of them at the end."""
+    slow = _slow_files()
+    items.sort(key=lambda item: -slow.get(_name(item.path), 0.0))
+
+
+def _name(path: Path) -> str:
+    root = SLOW.parents[1]
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else ""
+
+
+@functools.cache
+def _slow_files() -> dict[str, float]:
+    """Seconds of the slow files by name."""
+    lines = (line.split() for line in SLOW.read_text().splitlines() if not line.startswith("#"))
+    return {name: float(seconds) for name, seconds in lines}
 
 
 class _Processor:

@@ -139,10 +139,10 @@ def check_person() -> Check:
     """Check that a person is found on the sample photo."""
     from PIL import Image
 
-    import a2v
     from a2v.perception.detector import Detector
+    from a2v.sessions import WEIGHTS
 
-    sample = Path(a2v.__file__).with_name("samples") / "person.jpg"
+    sample = WEIGHTS.with_name("samples") / "person.jpg"
     with Image.open(sample) as picture, Detector() as detector:
         found = detector.one(np.asarray(picture.convert("RGB").resize((256, 256))))
     if found is None:

@@ -52,6 +52,26 @@ def test_layers_and_circles(capfd: pytest.CaptureFixture[str]) -> None:
     ), capfd.readouterr().out
 
 
+def test_nothing_below_imports_the_librarys_name() -> None:
+    """`a2v` leads to the front door, which stands above all others."""
+    found = []
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names = [one.name for one in node.names if one.name == "a2v"]
+            elif isinstance(node, ast.ImportFrom) and node.module == "a2v" and not node.level:
+                folder = ROOT / "a2v"
+                names = [
+                    one.name
+                    for one in node.names
+                    if not (folder / one.name).is_dir() and not (folder / f"{one.name}.py").exists()
+                ]
+            else:
+                continue
+            found += [f"{path.relative_to(ROOT).as_posix()}: {name}" for name in names]
+    assert found == []
+
+
 def test_functions_and_files_are_short() -> None:
     functions, files = set(), set()
     for path in SOURCES:

@@ -102,6 +102,15 @@ def test_links_lead_somewhere(page):
     assert not broken, f"{page.relative_to(ROOT)} links to {', '.join(broken)}, which is not there"
 
 
+def test_the_readmes_pictures_are_small_and_every_picture_of_the_docs_is_shown():
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    shown = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert shown
+    assert not [name for name in shown if (ROOT / name).stat().st_size > 300_000]
+    pictures = {path.name for path in (ROOT / "docs" / "images").iterdir()}
+    assert {name for name in pictures if name not in text} == set()
+
+
 @each_page()
 def test_names_in_the_text_exist(page):
     names = re.findall(

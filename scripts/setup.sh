@@ -16,8 +16,10 @@ step() {
   local words=$1 from=$2 to=$3 start=$SECONDS told=$SECONDS pause=10 share
   shift 3
   printf 'setup: %s' "$words" >&2
-  "$@" >>"$log" 2>&1 &
+  set -m # a process group of its own, which `end` can kill as a whole
+  "$@" >>"$log" 2>&1 </dev/null &
   running=$!
+  set +m
   [ ! -t 2 ] || pause=1
   while kill -0 "$running" 2>/dev/null; do
     sleep 0.2
@@ -47,7 +49,7 @@ fraction() {
   fi
   echo $((done < 99 ? done : 99))
 }
-end() { [ -z "$running" ] || kill "$running" 2>/dev/null || true; [ -z "${needed:-}" ] || rm -rf "$needed"; }
+end() { [ -z "$running" ] || kill -- "-$running" 2>/dev/null || true; [ -z "${needed:-}" ] || rm -rf "$needed"; }
 trap end EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from a2v.types import Progress
-from pipelines.clock import Clock
+from pipelines.clock import Clock, stage_of
 from pipelines.engine.progress import Update, duration
 
 LIVE_SECONDS = 1.0
@@ -37,14 +37,15 @@ def bar(name: str, unit: str, *, hidden: bool = False) -> Iterator[Progress]:
 
 
 class Bars:
-    """One line on standard error about a run: share, stage in words, and the remaining time.
+    """One line on standard error about a run: the stage in words; after `expect` also the share and
+    the remaining time.
 
     A terminal or a notebook shows one line that changes; elsewhere a line is printed every ten
     seconds, also while no node tells anything.
     """
 
     def __init__(self, *, quiet: bool = False) -> None:
-        self._clock = Clock()
+        self._clock: Clock | None = None
         self._live = sys.stderr.isatty() or "JPY_PARENT_PID" in os.environ
         self._last: Update | None = None
         self._said = time.monotonic()
@@ -64,13 +65,16 @@ class Bars:
         """Take an update."""
         with self._lock:
             self._last = update
-            self._clock.take(update)
+            if self._clock is not None:
+                self._clock.take(update)
 
     def text(self) -> str:
         """Return the line."""
         with self._lock:
             if self._last is None:
                 return "  0 % starting"
+            if self._clock is None:
+                return stage_of(self._last)
             said = self._clock.take(self._last)
         share, left = float(str(said["share"])), float(str(said["left"]))
         more = f", about {duration(left)} left" if left >= 1 else ""

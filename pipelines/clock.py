@@ -66,6 +66,12 @@ CAUTION_SECONDS = 10.0
 """Seconds of measured work that weigh as much as `CAUTION`."""
 
 
+def stage_of(update: Update) -> str:
+    """Return the stage in words: ``"frames 3 of 12"``."""
+    word = WORDS.get(update.node, update.node)
+    return f"{word} {update.done} of {update.total}" if update.total > 1 else word
+
+
 class Clock:
     """Turns updates of nodes into progress and remaining time.
 
@@ -146,10 +152,7 @@ class Clock:
         left = self._steady(seen + expected * self._slowness())
         spent = now - self._start
         self.best = max(self.best, spent / max(spent + left, 1e-6))
-        stage = WORDS.get(name, name)
-        if update.total > 1:
-            stage = f"{stage} {update.done} of {update.total}"
-        return {"stage": stage, "share": round(self.best, 4), "left": round(left, 1)}
+        return {"stage": stage_of(update), "share": round(self.best, 4), "left": round(left, 1)}
 
     def _slowness(self) -> float:
         """How much longer finished nodes took than expected; those that were cached do not

@@ -70,7 +70,9 @@ def joined(value: str | list[str]) -> str:
 
 
 def is_bar(output: dict[str, Any]) -> bool:
-    """Whether an output is a progress bar of tqdm."""
+    """Whether an output is a progress bar of tqdm, or the line of a run."""
+    if output.get("name") == "stderr" and joined(output["text"]).startswith("\r"):
+        return True
     data = output.get("data", {})
     return WIDGET in data and "% |" in joined(data.get("text/plain", ""))
 

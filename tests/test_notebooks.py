@@ -74,8 +74,9 @@ def test_a_large_picture_becomes_small_and_keeps_its_content():
 def test_views_widgets_and_bars_are_left_out_of_a_stored_copy():
     bar = {"data": {WIDGET: {}, "text/plain": "frame 0% | | 0/3"}}
     chooser = {"data": {WIDGET: {}, "text/plain": "interactive"}}
+    line = {"output_type": "stream", "name": "stderr", "text": ["\r 3 % frames 1 of 9  "]}
     view = {"data": {"text/html": ["x" * (VIEW_BYTES + 1)]}}
-    notebook = {"metadata": {"widgets": {}}, "cells": [{"outputs": [bar, chooser, view]}]}
+    notebook = {"metadata": {"widgets": {}}, "cells": [{"outputs": [bar, line, chooser, view]}]}
     shrink(notebook)
     first, second = notebook["cells"][0]["outputs"]
     assert first == {"data": {"text/plain": "interactive"}}

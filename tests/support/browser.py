@@ -23,9 +23,9 @@ SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Flags with which WebGL runs without a graphics card."""
 CALM = """(() => {
   const own = window.requestAnimationFrame.bind(window);
-  window.requestAnimationFrame = draw => own(() => setTimeout(() => draw(performance.now()), 200));
+  window.requestAnimationFrame = draw => own(() => setTimeout(() => draw(performance.now()), 700));
 })()"""
-"""Script: pages draw at most five times a second; WebGL without a graphics card takes all cores."""
+"""Script: pages draw about once a second; WebGL without a graphics card takes all cores."""
 THREE_VRM = (
     "three@0.187.0",
     "@pixiv/three-vrm@3.5.5",

@@ -70,11 +70,16 @@ Listener = Callable[[Update], None]
 
 
 class Monitor:
-    """Collects the events of a run and passes them on; reads only new ones."""
+    """Collects the events of a run and passes them on; reads only new ones.
+
+    An exception of the listener stops the run: it is kept in `stopped`, and `stop` is called.
+    """
 
     def __init__(self, graph: Graph, folder: Path, listener: Listener | None) -> None:
         self.stats: dict[str, NodeStats] = {}
-        self._folder, self._listener = folder, listener
+        self.stopped: BaseException | None = None
+        self.stop: Callable[[], object] = lambda: None
+        self.folder, self._listener = folder, listener
         self._steps = {step.node.name: step for step in graph}
         self._read: dict[str, int] = {}
         self._sizes: dict[str, int] = {}
@@ -86,7 +91,7 @@ class Monitor:
             self._poll()
 
     def _poll(self) -> None:
-        for entry in sorted(self._folder.glob("*.jsonl")):
+        for entry in sorted(self.folder.glob("*.jsonl")):
             with open(entry, "rb") as stream:
                 stream.seek(self._read.get(entry.name, 0))
                 data = stream.read()
@@ -121,9 +126,18 @@ class Monitor:
             stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]
             stats.measures |= event["measures"] or {}
             self._sizes |= dict(zip(step.axes, event["size"], strict=False))
-        if self._listener is not None:
+        if self._listener is not None and self.stopped is None:
             total = prod(self._sizes.get(axis, 0) for axis in step.axes) if step.fans_out else 1
-            self._listener(Update(name, stats.calls, total, part))
+            try:
+                self._listener(Update(name, stats.calls, total, part))
+            except BaseException as error:
+                self.stopped = error
+                self.stop()
+
+    def check(self) -> None:
+        """Raise the exception with which the listener has stopped the run, if it has."""
+        if self.stopped is not None:
+            raise self.stopped
 
 
 @contextlib.contextmanager

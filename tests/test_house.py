@@ -22,9 +22,8 @@ MOST_PARAMETERS = 7
 
 #: What is longer, and why it is better whole.
 LONG_FUNCTIONS: dict[str, str] = {
-    "a2v/reconstruction/color.py:color_surface": "half of it is docstring; its five steps hand on eight arrays",
+    "a2v/reconstruction/color.py:color_surface": "153 lines, 24 of them docstring: one chain of steps that hand on a dozen arrays",
     "a2v/geometry/simplify.py:_collapse": "one compiled loop (numba): its inner functions share the lists of corners and the heap",
-    "pipelines/engine/run.py:run": "half of it is what its twelve arguments mean",
 }
 #: What takes more parameters, and why.
 MANY_PARAMETERS: dict[str, str] = {
@@ -86,7 +85,7 @@ def test_functions_and_files_are_short() -> None:
                 functions.add(f"{name}:{node.name}")
     assert functions == set(LONG_FUNCTIONS)
     assert files == set(LONG_FILES)
-    assert len(functions) <= 3
+    assert len(functions) <= 2
     assert len(files) <= 5
 
 

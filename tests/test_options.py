@@ -14,7 +14,7 @@ import pytest
 
 from a2v.body import FitSettings
 from a2v.errors import InputError
-from pipelines.cli import available, every_command, load_command, main
+from pipelines.cli import available, every_command, load_command, main, module_of
 from pipelines.options import actions_of, flag, group, option, parse, settings
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -118,6 +118,10 @@ def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeyp
     short = shown(capsys, *name.split(), "--help")
     users = shown(capsys, *name.split(), "--help-all") if "--help-all" in short else short
     whole = shown(capsys, *name.split(), "--help-lab") if "--help-lab" in users else users
+    headings = re.findall(r"^\S.*:$", whole, re.MULTILINE)
+    assert len(headings) == len(set(headings))
+    if module_of(name).startswith("pipelines.commands"):
+        assert not re.search(r"Eq\. ?\d|`|\ba2v\.[a-z]+\.", users), "the help names the code"
     assert len(short) <= len(users) <= len(whole)
     assert "examples:" in short
     assert not re.search(r"--[\w.-]*_", whole), "names have hyphens"

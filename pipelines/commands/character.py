@@ -53,7 +53,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
-  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   each frame of Eq. 20, as a morph target
+  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   the video's own vertices, without bones
 
 Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
@@ -75,15 +75,17 @@ class Options:
         default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
-    edits: EditOptions = group(EditOptions)
-    carrying: CarryOptions = group(CarryOptions)
+    edits: EditOptions = group(EditOptions, "the motions")
+    carrying: CarryOptions = group(CarryOptions, "the motions")
     no_props: bool = flag("leave out the steps, ladder or bar of clips that climb", rare=True)
-    exact: bool = flag("write each frame of Eq. 20 as a morph target of a .glb, without bones")
+    exact: bool = flag(
+        "write the video's own vertices, each frame as a morph target of a .glb, without bones"
+    )
     posing: PoseOptions = group(PoseOptions, "exported files")
-    rigging: RigOptions = group(RigOptions)
-    avatar: AvatarOptions = group(AvatarOptions)
+    rigging: RigOptions = group(RigOptions, "exported files")
+    avatar: AvatarOptions = group(AvatarOptions, "exported files")
     deform: DeformSettings = settings(DeformSettings, users=("method",))
-    engines: EngineOptions = group(EngineOptions)
+    engines: EngineOptions = group(EngineOptions, "exported files")
     running: RunOptions = group(RunOptions, "execution")
 
     def motion(self, name: str, file: str | None) -> MotionRequest:

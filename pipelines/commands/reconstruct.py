@@ -38,7 +38,7 @@ class Options:
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"file to write: {', '.join(FORMATS)}")
-    posing: PoseOptions = group(PoseOptions)
+    posing: PoseOptions = group(PoseOptions, "exported files")
     start: str | None = option(
         "compute NODE and everything after it again",
         default=None,

@@ -34,7 +34,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
-The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
+The folder gets video.mp4 (the views side by side), one MP4 per view, character.glb, motion.bvh, motion.npz, preview.html
 (a double click shows the character, turnable, beside the video) and report.json.
 Run again after an interruption: finished frames are remembered. Another action for the same photo reuses the character."""
 

@@ -243,7 +243,7 @@ def _parser(
     shown = [
         f"{action.option_strings[0]} {action.metavar or action.dest.upper()}"
         if action.option_strings
-        else action.metavar or action.dest
+        else str(action.metavar or action.dest)
         for action in needed
     ]
     parser.usage = " ".join([prog, *map(with_hyphens, shown), "[options]"]).replace("%", "%%")

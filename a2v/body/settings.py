@@ -18,8 +18,8 @@ LEAST_DISTANCE = 0.8
 class FitSettings:
     """Settings of the fit of the body to the photo.
 
-    Lengths called *relative* are fractions of the person's height. The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py``
-    measure their effect.
+    Lengths called *relative* are fractions of the person's height. The defaults were chosen by
+    hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py`` measure their effect.
 
     Attributes
     ----------

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,12 @@ from pipelines.requests.video import photo_parameters
 
 UNUSED = ("surface", "surface_with_hands", "surface_with_face")
 """Outputs that only steps read whose results the store knows too."""
+
+
+@cache
+def ready_folder() -> Path:
+    """Return the folder of a store that is filled, which all tests of a run share."""
+    return fill(Path(os.environ["A2V_CACHE"]) / "ready").folder
 
 
 def fill(folder: Path) -> Store:

@@ -9,6 +9,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import joblib
 import numpy as np
 
 import a2v
@@ -172,9 +173,15 @@ def by_python(asked: Asked) -> VideoRequest:
     return VideoRequest.of(photo=PHOTO, **asked)
 
 
-def moving(request: VideoRequest, store: Store) -> Any:
-    """What the graph is given of the motion and the film."""
-    return plain(request.resolve(store).parameters)
+def given(request: VideoRequest, store: Store) -> dict[str, str]:
+    """Digests of what the graph is given of the person and the motion, by name."""
+    film = {"render", "deform", "look", "cameras", "backdrop"}
+    parameters = request.resolve(store).parameters
+    return {
+        name: str(joblib.hash(plain(value)))
+        for name, value in parameters.items()
+        if name not in film
+    }
 
 
 # --- through the graph

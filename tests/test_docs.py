@@ -13,6 +13,7 @@ from types import ModuleType
 import pytest
 
 from tests.support.commands import parsed
+from tests.support.examples import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -26,14 +27,6 @@ PAGES = [
 
 def each_page(pages: list[Path] = PAGES) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("page", pages, ids=lambda path: str(path.relative_to(ROOT)))
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    """The fenced blocks of a page in `language` ("" for those without a name)."""
-    found = re.findall(
-        r"^```(\w*)\n(.*?)^```$", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
-    )
-    return [text for name, text in found if name == language]
 
 
 def find(name: str) -> object:

@@ -19,8 +19,7 @@ from a2v.samples.ready import PHOTO, load_ready_person
 from pipelines.cli import main
 from pipelines.engine.store import Store
 from tests.support.doors import write_files
-from tests.test_docs import blocks
-from tests.test_options import PAGES, command_lines
+from tests.support.examples import PAGES, blocks, command_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 OTHER_PERSON = "another person is a whole reconstruction, a minute: "

@@ -182,7 +182,7 @@ def test_type_checkers_and_editors_know_the_options(tmp_path):
     wrong = """
         import a2v
 
-        me = a2v.make_character("me.jpg", maks="m.png")
+        me = a2v.make_character("me.jpg", maskx="m.png")
         walk = a2v.make_motion("Walk", secnds=2)
         fast = a2v.make_motion("Walk", license="fre")
         a2v.make_video(me, walk, "me.mp4", size="large")
@@ -206,7 +206,7 @@ def test_type_checkers_and_editors_know_the_options(tmp_path):
     )
     found = [line.partition("error: ")[2] for line in done.stdout.splitlines() if "error" in line]
     assert "right.py" not in done.stdout, done.stdout
-    for word in ('"maks"', '"secnds"', '"license"', '"size"', '"pose"'):
+    for word in ('"maskx"', '"secnds"', '"license"', '"size"', '"pose"'):
         assert any(word in line for line in found), (word, done.stdout)
 
 

@@ -7,11 +7,14 @@ right: ``python scripts/make_ready_person.py``, then ``make notebooks``.
 from __future__ import annotations
 
 import dataclasses
+import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from a2v.processes import python_command
 from a2v.samples import ReadyPerson, load_ready_person
 from a2v.samples.ready import FACE_STEP, PHOTO, STEP
 from a2v.types import Character
@@ -20,13 +23,17 @@ from pipelines.requests.video import photo_parameters
 from pipelines.run import run
 from scripts.make_ready_person import made_now
 
-FITTED = 0.005
-"""Largest distance of bones, meters. Other processors and versions of libraries end the fit a
-little elsewhere."""
-SHAPED = 0.003
+ROOT = Path(__file__).resolve().parents[2]
+FITTED = 0.001
+"""Largest distance of bones, meters. What rounding moves by more has not ended at its minimum
+(docs/results/machines.md)."""
+SHAPED = 0.001
 """The same of surfaces, on average."""
 COLORED = 0.02
-"""Largest mean difference of colors, as a share of white."""
+"""Largest mean difference of colors, as a share of white. The unseen sides are matched from patches,
+whose order a rounded color can change."""
+KERNELS = ("native", "default")
+"""Kernels of PyTorch: those of this processor, and those of any processor."""
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +41,19 @@ def ready() -> ReadyPerson:
     return load_ready_person()
 
 
-@pytest.fixture(scope="module")
-def today(tmp_path_factory: pytest.TempPathFactory) -> ReadyPerson:
+@pytest.fixture(scope="module", params=KERNELS)
+def today(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ReadyPerson:
     """Made in a store of its own: "Delete me" on the page, in other tests, empties the common one
     of the sample person."""
-    return made_now(Store(tmp_path_factory.mktemp("ready") / "store"))
+    folder = tmp_path_factory.mktemp("ready") / "store"
+    if request.param != "native":
+        code = (
+            "from pathlib import Path; from scripts.make_ready_person import made_now; "
+            f"from pipelines.engine.store import Store; made_now(Store(Path({str(folder)!r})))"
+        )
+        environment = {**os.environ, "ATEN_CPU_CAPABILITY": request.param}
+        subprocess.run(python_command(code), env=environment, check=True, cwd=ROOT)
+    return made_now(Store(folder))
 
 
 def test_the_subject_is_that_of_today(ready: ReadyPerson, today: ReadyPerson) -> None:

@@ -10,9 +10,9 @@ import csv
 import hashlib
 import json
 import os
-import re
 import reprlib
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,7 +21,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from a2v.errors import A2VError, InputError
+from a2v.errors import A2VError, InputError, printable
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
@@ -361,17 +361,12 @@ def brief(value: object) -> str:
         return f"a {type(value).__name__} of absurd size"
 
 
-_UNPRINTABLE = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
-)
-"""Control characters except tab and line feed, marks and overrides of the writing direction, and
-halves of surrogate pairs."""
+def say(text: str = "", *, end: str = "\n", first: str = "") -> None:
+    """Print `printable` text on standard error, after `first`, which may hold control characters.
 
-
-def printable(text: str) -> str:
-    """Return `text` safe for a terminal: control characters are written as escapes, so ESC becomes
-    ``\x1b``."""
-    return _UNPRINTABLE.sub(lambda found: ascii(found.group())[1:-1], text)
+    Nothing else in a2v writes there (`tests/test_one_way.py`).
+    """
+    print(f"{first}{printable(text)}", end=end, file=sys.stderr, flush=True)
 
 
 def sha256(data: bytes | str | os.PathLike[str]) -> str:

@@ -6,7 +6,6 @@ import contextlib
 import dataclasses
 import errno
 import os
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
-from a2v.io import clear_leftovers, read_bytes
+from a2v.io import clear_leftovers, read_bytes, say
 from a2v.types import RenderSettings
 from pipelines.engine.executors import EXECUTORS, ExecutorName
 from pipelines.engine.graph import Parameters
@@ -141,4 +140,4 @@ class RunOptions:
         from pipelines.report import table
 
         if not self.quiet:
-            print(table(outcome), file=sys.stderr)
+            say(table(outcome))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.formats.registry import read_motion, readable_motions
+from a2v.io import say
 from a2v.motion.edit import Edit, edited
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.timeline import Take
@@ -124,7 +124,7 @@ def _made(options: Options, action: str, edit: Edit) -> Motion:
     }
     plan = read_plan(PlanOptions(action=action, **shared), directed=False)
     for line in plan.lines():
-        print(line, file=sys.stderr)
+        say(line)
     length = plan_length(
         plan,
         frames=options.lengths.frames,

@@ -15,7 +15,7 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from a2v.io import printable
+from a2v.io import say
 from pipelines.engine.graph import Graph
 
 
@@ -222,18 +222,14 @@ class Bars:
         now = time.monotonic()
         if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
             self._said[update.node] = -1.0
-            print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
+            say(f"{update.node}: {update.done}/{update.total}")
         elif (
             update.done < update.total
             and update.done
             and now - self._said.setdefault(update.node, now) > 10
         ):
             self._said[update.node] = now
-            print(
-                f"{update.node}: {update.done}/{update.total}{about(left)}",
-                file=sys.stderr,
-                flush=True,
-            )
+            say(f"{update.node}: {update.done}/{update.total}{about(left)}")
 
     def close(self) -> None:
         """Close the bars."""
@@ -254,7 +250,7 @@ class Lasting:
 
     def __exit__(self, *_: object) -> None:
         if self._live and not self._quiet and self._said:
-            print(file=sys.stderr)
+            say()
 
     def update(self, done: int, seconds: float, more: str = "") -> None:
         """Show the progress at most once per second, or once in ten seconds without a terminal."""
@@ -266,21 +262,15 @@ class Lasting:
             f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left"
             + (f" ({more})" if more else "")
         )
-        print(
-            f"\r{text:<100}" if self._live else text,
-            end="" if self._live else "\n",
-            file=sys.stderr,
-            flush=True,
-        )
+        if self._live:
+            say(f"{text:<100}", first="\r", end="")
+        else:
+            say(text)
 
     def say(self, text: str) -> None:
         """Print a line that stays."""
         if not self._quiet:
-            print(
-                f"\r{printable(text):<100}" if self._live else printable(text),
-                file=sys.stderr,
-                flush=True,
-            )
+            say(f"{text:<100}" if self._live else text, first="\r" if self._live else "")
 
 
 def memory_of_family() -> int:

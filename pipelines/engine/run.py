@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import A2VError, InputError
-from a2v.io import printable
+from a2v.errors import A2VError, InputError, printable
 from pipelines.engine.executors import ExecutorName, SerialExecutor, open_executor
 from pipelines.engine.graph import (
     Graph,
@@ -226,7 +225,7 @@ def _map(
             show_progress=False,
             return_results=True,
         )
-    print(said.getvalue(), end="")
+    print(printable(said.getvalue()), end="")
     return {name: results[name].output for name in results if name not in inputs}
 
 

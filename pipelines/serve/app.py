@@ -18,8 +18,7 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.animation import RIGS
-from a2v.errors import A2VError, InputError
-from a2v.io import printable
+from a2v.errors import A2VError, InputError, printable
 from a2v.kinematics.names import LIMB_BONES
 from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS

@@ -6,7 +6,6 @@ Animations are the only change to the given file: its binary chunk is the beginn
 
 from __future__ import annotations
 
-import copy
 import json
 import os
 import struct
@@ -17,20 +16,23 @@ from typing import Any
 import numpy as np
 
 from a2v.formats.characters import Clips, check_clips
+from a2v.formats.gltf.bounds import MAX_JOINTS
 from a2v.formats.gltf.document import Document
 from a2v.formats.gltf.reading import Gltf, read_glb
 from a2v.formats.gltf.skins import read_skin
 from a2v.geometry.polar import nearest_rotations
-from a2v.io import atomic_path
+from a2v.io import atomic_path, reading
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, FloatArray
+from a2v.types import Body, FloatArray, IntArray
 
 _UNEVEN = 0.02
 """Largest relative difference between the scales of a bone along its axes."""
 _HEIGHTS = (0.3, 4.0)
 """Range of leg lengths that are taken as meters; other legs are scaled to `_LEG`."""
+_LEAST_SHARE = 0.1
+"""Smallest height of the mesh, as a share of the height of the bones."""
 _LEG = 0.85
 """Thigh and shin of an adult, meters."""
 
@@ -76,11 +78,16 @@ def read_person(path: str | os.PathLike[str]) -> Person:
         upside down.
     """
     file = read_glb(path)
+    with reading(path, "person that can be read", "a skinned person in a binary glTF 2.0"):
+        return _read(file)
+
+
+def _read(file: Gltf) -> Person:
     if not file.items("skins"):
         raise file.fail("has no skin")
     world, above = file.node_matrices()
     nodes = _bones(file, above)
-    parents = np.array([_nearest(node, nodes, above) for node in nodes])
+    parents = _parents(nodes, above)
     names = _names(file, nodes)
     found = canonical_joints(names, parents.tolist())
     if missing := missing_joints(found):
@@ -98,6 +105,12 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     vertices, faces, weights = read_skin(file, world, nodes)
     placed = unit * (vertices @ turn.T)
     floor = float(placed[:, 1].min())
+    tall = float(placed[:, 1].max()) - floor
+    if tall < _LEAST_SHARE * float(np.ptp(rest[:, 1, 3])):
+        raise file.fail(
+            f"has a mesh of {tall:.3g} m on bones of {float(np.ptp(rest[:, 1, 3])):.3g} m; its "
+            "inverse bind matrices are missing or of another unit"
+        )
     rest[:, 1, 3] -= floor
     placed[:, 1] -= floor
     body = Body(
@@ -136,16 +149,13 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         A clip does not fit the body, or the file's animations or buffers are invalid.
     """
     file = person.file
-    tree = copy.deepcopy(file.json)
     buffers = file.items("buffers")
     if len(buffers) != 1 or "uri" in buffers[0]:
         raise file.fail("stores its arrays outside of the file, or in several buffers")
     document = Document("")
     document.blob = bytearray(file.binary)
-    document.json = tree
-    for kind in ("accessors", "bufferViews", "animations"):
-        file.items(kind)  # a list of objects, or an error
-        tree.setdefault(kind, [])
+    grown = {kind: [*file.items(kind)] for kind in ("accessors", "bufferViews", "animations")}
+    tree = document.json = file.json | grown | {"buffers": [dict(buffers[0])]}
     taken = {str(animation.get("name", "")) for animation in tree["animations"]}
     for name, (moves, fps) in check_clips(clips, len(person.body.bone_names)).items():
         free = next(
@@ -157,7 +167,7 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         tree["animations"].append(_animation(document, person, free, moves, fps))
     data = bytes(document.blob) + b"\0" * (-len(document.blob) % 4)
     tree["buffers"][0]["byteLength"] = len(document.blob)
-    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode()
+    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)))
@@ -220,6 +230,8 @@ def _animation(
 def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
     """Return the nodes that are joints of a skin, or lie between two of them; parents first."""
     joints = {joint for skin in file.items("skins") for joint in file.joints(skin)}
+    if len(joints) > MAX_JOINTS:
+        raise file.fail(f"has {len(joints)} joints in its skins; expected at most {MAX_JOINTS}")
     inside = set(joints)
     for joint in joints:
         path, at = [], above[joint]
@@ -228,6 +240,9 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
             at = above[at]
         if at >= 0:
             inside |= set(path)
+
+    if len(inside) > 2 * MAX_JOINTS:
+        raise file.fail(f"has {len(inside)} bones; expected at most {2 * MAX_JOINTS}")
 
     def depth(node: int) -> int:
         steps = 0
@@ -238,13 +253,16 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
     return tuple(sorted(inside, key=lambda node: (depth(node), node)))
 
 
-def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
-    """Return the index in `nodes` of the nearest ancestor in the list, -1 for none."""
+def _parents(nodes: tuple[int, ...], above: list[int]) -> IntArray:
+    """Return for each of `nodes` the index of its nearest ancestor among them, -1 for none."""
     known = {one: place for place, one in enumerate(nodes)}
-    at = above[node]
-    while at >= 0 and at not in known:
-        at = above[at]
-    return known.get(at, -1)
+    found = []
+    for node in nodes:
+        at = above[node]
+        while at >= 0 and at not in known:
+            at = above[at]
+        found.append(known.get(at, -1))
+    return np.array(found)
 
 
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:

@@ -22,6 +22,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from a2v.errors import A2VError, InputError, printable
+from a2v.folders import make_folder
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
@@ -43,11 +44,11 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder cannot be created or written, or the disk is full.
+        The folder cannot be created or written, was removed (`make_folder`), or the disk is full.
     """
     target = Path(path)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         handle, name = tempfile.mkstemp(
             prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent
         )

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.folders import make_folder
 from a2v.io import atomic_path
 from pipelines.serve.talk import Tell, answer
 
@@ -250,7 +251,7 @@ def kept(session: Session) -> dict[str, object]:
         )
     times = np.array([at for at, _ in recorded])
     folder = session.folder / RECORDINGS
-    folder.mkdir(exist_ok=True)
+    make_folder(folder)
     number = 1 + len(list(folder.glob("live-*.bvh")))
     motion = grounded_motion(
         np.stack([joints for _, joints in recorded]), times, action=f"live {number}"

@@ -7,10 +7,8 @@ The numbers of its accessors are counted while they are read, each before it is 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from a2v.formats.gltf.reading import Gltf
+from collections.abc import Sequence
+from typing import Any
 
 MAX_JSON_BYTES = 16 << 20
 MAX_VALUES = 2_000_000
@@ -79,15 +77,13 @@ def _check_levels(content: Any) -> None:
     raise ValueError(f"nested deeper than {MAX_LEVELS} levels")
 
 
-def check_skins(file: Gltf) -> None:
-    """Check how often joints and primitives are used, before any of them is read.
-
-    Raises
-    ------
-    InputError
-        A bound of this module is exceeded; the message names the file.
-    """
-    nodes, skins, meshes = (file.items(kind) for kind in ("nodes", "skins", "meshes"))
+def excess(
+    nodes: Sequence[dict[str, Any]],
+    skins: Sequence[dict[str, Any]],
+    meshes: Sequence[dict[str, Any]],
+) -> str:
+    """Return what of a file's joints and primitives is used too often, before any is read; ""
+    if nothing is."""
     joints, parts = (
         [_length(entry.get(key)) for entry in entries]
         for entries, key in ((skins, "joints"), (meshes, "primitives"))
@@ -97,9 +93,10 @@ def check_skins(file: Gltf) -> None:
         owned += _of(joints, node.get("skin"))
         drawn += _of(parts, node.get("mesh"))
     if owned > MAX_OWNED:
-        raise file.fail(f"has {owned} joints of skins and skinned nodes; at most {MAX_OWNED}")
+        return f"has {owned} joints of skins and skinned nodes; at most {MAX_OWNED}"
     if drawn > MAX_PRIMITIVES:
-        raise file.fail(f"draws {drawn} primitives; at most {MAX_PRIMITIVES} are read")
+        return f"draws {drawn} primitives; at most {MAX_PRIMITIVES} are read"
+    return ""
 
 
 def _length(value: Any) -> int:

@@ -21,7 +21,7 @@ from a2v.formats.gltf.bounds import (
     MAX_ITEMS,
     MAX_JOINTS,
     MAX_NUMBERS,
-    check_skins,
+    excess,
     parse_gltf,
 )
 from a2v.io import brief, read_bytes, shorten
@@ -248,5 +248,6 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
     except ValueError as error:
         raise empty.fail(f"has unusable JSON ({shorten(error)})") from None
     file = Gltf(source, content, chunks.get(b"BIN\0", b""))
-    check_skins(file)
+    if problem := excess(*(file.items(kind) for kind in ("nodes", "skins", "meshes"))):
+        raise file.fail(problem)
     return file

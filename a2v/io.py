@@ -376,7 +376,7 @@ def sha256(data: bytes | str | os.PathLike[str]) -> str:
     if isinstance(data, bytes):
         digest.update(data)
     else:
-        with open(data, "rb") as stream:
+        with open_file(data) as stream:
             while block := stream.read(1 << 20):
                 digest.update(block)
     return digest.hexdigest()

@@ -201,7 +201,7 @@ def test_a_recording_is_not_written_for_a_video_that_is_gone(tmp_path: Path) -> 
     poses = walker(person_skeleton(), frames=8).joints
     draw = random.Random(0)
     took = 0.2
-    for number in range(COUNT and MOMENTS or MOMENTS // 5):
+    for number in range((COUNT and MOMENTS) or MOMENTS // 5):
         job = library.add_job(photo, WISH)
         session = Session(library.place(job), character, None, None, None)  # type: ignore[arg-type]
         session.recorded = [(at / 10, joints) for at, joints in enumerate(poses)]

@@ -8,6 +8,7 @@ results are those of the commands (`pipelines.requests`, `pipelines.commands`).
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from pathlib import Path
 from a2v.errors import InputError
 from a2v.formats.gltf.vrm import EDITIONS
 from a2v.formats.registry import write_motion
+from a2v.io import brief
 from a2v.types import Character, Motion
 from pipelines.commands import character as character_command
 from pipelines.commands import motion as motion_command
@@ -27,7 +29,7 @@ from pipelines.inputs import RunOptions, check_writable
 from pipelines.outputs import made_motion, write_blob
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
-from pipelines.requests.person import PersonRequest
+from pipelines.requests.person import MOST_PHOTOS, PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 from pipelines.rigs import RigOptions
 
@@ -208,7 +210,11 @@ def make_character(
     InputError
         An unknown name, a value or a file that cannot be used, or nobody is found in the photo.
     """
-    given = [os.fspath(path) for path in (*(() if photo is None else (photo,)), *photos)]
+    first = () if photo is None else (photo,)
+    paths = [*first, *itertools.islice(photos, MOST_PHOTOS + 1)]
+    if odd := [path for path in paths if not isinstance(path, str | os.PathLike)]:
+        raise InputError(f"a photo is {brief(odd[0])}; expected the path of a file")
+    given = [os.fspath(path) for path in paths]
     if not given:
         raise InputError("no photo given; name one, or several of the same person as photos=")
     if named := [path for path in given[1:] if "," in path]:

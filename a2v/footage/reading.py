@@ -215,6 +215,7 @@ def _reel(source: str, container: Any) -> Reel:
         )
     _check_size(source, context.width, context.height)
     context.thread_count = 2
+    context.options = {**context.options, "max_pixels": str(MOST_PIXELS)}  # of every frame
     reel = Reel(
         source=source,
         width=context.width,

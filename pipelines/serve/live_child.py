@@ -157,6 +157,8 @@ def decoded(jpeg: bytes) -> ByteArray:
             size = image.size
             fits = min(size) >= LEAST_SIDE and max(size) <= MOST_SIDE
             found = np.asarray(image.convert("RGB")) if fits else None
+    except Image.DecompressionBombError:
+        raise InputError(f"the frame is too large; expected at most {MOST_SIDE} pixels") from None
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError):
         raise InputError("the frame is not a JPEG picture") from None
     if found is None:

@@ -253,9 +253,8 @@ def _outline(source: str) -> Any:
             self._add([end])
 
         def _curveToOne(self, *given: tuple[float, float]) -> None:
-            bend = np.broadcast_to(
-                np.array([self.points[-1], *given], np.float64), (len(share), len(given) + 1, 2)
-            )
+            whole = np.array([self.points[-1], *given], np.float64)
+            bend: Any = np.tile(whole, (len(share), 1, 1))
             while bend.shape[1] > 1:  # de Casteljau, for all shares at the same time
                 bend = bend[:, :-1] * (1 - share[..., None]) + bend[:, 1:] * share[..., None]
             self._add([(float(x), float(y)) for x, y in bend[:, 0]])

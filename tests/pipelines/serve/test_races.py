@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import io
 import random
 import shutil
 import threading
@@ -15,42 +14,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 from starlette.exceptions import HTTPException
 
 from a2v.errors import A2VError, InputError
 from a2v.folders import make_folder, owner_mark
 from a2v.footage.figure import person_skeleton
 from a2v.io import atomic_path
-from a2v.perception import Corrections
 from a2v.rendering import write_video
 from pipelines.serve.arrivals import MAX_ARRIVING, MAX_ARRIVING_BYTES, Arrivals
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP
 from pipelines.serve.live import Live
 from pipelines.serve.live_child import Session, kept
-from pipelines.serve.records import Job, Library, Photo
-from pipelines.serve.talk import ORIGINAL
-from pipelines.serve.wishes import Wish
+from pipelines.serve.records import Library
 from tests.support.hostile import COUNT
 from tests.support.live import plain_character
 from tests.support.motions import person as walker
-from tests.support.page import Server, arrived, ready
-from tests.support.races import SECONDS as STEP_SECONDS
-from tests.support.races import STEPS, WRITER
+from tests.support.page import Server, ready
+from tests.support.races import CORRECTED, WISH, WRITER, photograph, remove_at_moments
 
 MOMENTS = 50
 CLIENTS = 40
-WISH = Wish(action="Walk")
-CORRECTED = Corrections.of({"units": "fractions", "landmarks": {"nose": [0.5, 0.1]}})
-
-
-def photograph(number: int) -> bytes:
-    """A small photo that differs from others in its color."""
-    data = io.BytesIO()
-    shade = np.full((130, 130, 3), (number % 256, number // 256 + 9, 80), np.uint8)
-    Image.fromarray(shade).save(data, "png")
-    return data.getvalue()
 
 
 @pytest.fixture(scope="module")
@@ -93,79 +77,9 @@ def test_a_folder_that_is_removed_while_a_file_is_written(tmp_path: Path) -> Non
     assert list(room.iterdir()) == []
 
 
-def busy(desk: Desk, live: Live, number: int, film: bytes) -> tuple[Photo, list[Any]]:
-    """A person of whom something is made, and the requests that are under way."""
-    library = desk.library
-    photo = arrived(library, photograph(number), f"person {number}")
-    work: list[Any] = []
-
-    async def further() -> None:
-        async with desk.arrivals.folder(1 << 20) as folder:
-            (folder / ORIGINAL).write_bytes(photograph(1000 + number))
-            await desk.arrivals.add_more(photo, folder)
-
-    async def filmed() -> None:
-        async with desk.arrivals.folder(1 << 20) as folder:
-            (folder / ORIGINAL).write_bytes(film)
-            await desk.arrivals.add_clip(photo, folder, ".mp4", "film")
-
-    async def corrected() -> None:
-        for _ in range(40):
-            await asyncio.sleep(0.01)
-            desk.correct(photo, CORRECTED)
-
-    async def recorded(job: Job) -> None:
-        await live.open(job)
-        await live.record(True)
-        await live.record(False)
-
-    async def exported(job: Job) -> None:
-        await desk.export(job, "mixamo", ".glb")
-
-    if number % 3:
-        photo.status = "ready"
-        done, _ = library.add_job(photo, WISH), library.add_job(photo, WISH)
-        done.status = "done"
-        library.keep(done)
-        work += [exported(done)] if number % 3 == 1 else [recorded(done)]
-        work += [corrected()] if number % 2 else []
-    work += [further(), filmed()]
-    desk.wake()
-    return photo, work
-
-
 def test_a_person_is_removed_at_fifty_moments(tmp_path: Path, film: bytes) -> None:
     """Live, uploads, maker, looker, films, exports and corrections; nothing is left of anybody."""
-    draw = random.Random(58)
-    desk = Desk(Library(tmp_path / "page"), WRITER, cache=str(tmp_path / "store"))
-    live = Live(desk, WRITER)
-    room = desk.library.folder
-
-    async def all_moments() -> None:
-        desk.start()
-        try:
-            for number in range(MOMENTS):
-                photo, work = busy(desk, live, number, film)
-                under_way = [asyncio.create_task(one) for one in work]
-                await asyncio.sleep(draw.uniform(0.0, 2.5 * STEPS * STEP_SECONDS))
-                ids = {photo.id, *(job.id for job in desk.library.jobs_of(photo))}
-                await desk.remove(photo)
-                said = await asyncio.gather(*under_way, return_exceptions=True)
-                odd = [e for e in said if e and not isinstance(e, A2VError | HTTPException)]
-                assert not odd, odd
-                left = [path for path in room.rglob("*") if ids & set(path.parts)]
-                assert not left, (number, left)
-            await asyncio.sleep(2 * STEPS * STEP_SECONDS)  # for who still writes
-        finally:
-            await asyncio.gather(desk.close(), live.close())
-
-    asyncio.run(all_moments())
-    assert [path for path in room.rglob("*") if path.is_file() and path.name[0] != "."] in (
-        [],
-        [room / "forgetting"],
-    )
-    assert not Library(room).photos
-    assert not Library(room).damaged
+    remove_at_moments(tmp_path, film, random.Random(58), MOMENTS)
 
 
 def test_a_live_session_ends_with_its_video(tmp_path: Path) -> None:

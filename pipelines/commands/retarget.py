@@ -96,7 +96,14 @@ def _retarget(
             f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside "
             f"{source.name} or beside it"
         )
-    person = read_person(folder / "in.glb" if is_fbx else source)
+    person = read_person(folder / "in.glb" if is_fbx else source, name=source)
+    if person.odd:
+        odd = ", ".join(
+            person.body.bone_names[bone] or "a nameless bone" for bone in person.odd[:4]
+        )
+        notes.append(
+            f"{odd} of {source.name} stay in the pose of the file: mirrored or scaled unevenly"
+        )
     edit, carried = (
         options.edits.edit,
         replace(options.retarget, raw=options.raw or options.retarget.raw),

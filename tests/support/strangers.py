@@ -59,6 +59,7 @@ def person() -> tuple[dict[str, Any], bytes]:
             }
         )
         blob += array.tobytes()
+    accessors[0] |= {"min": points.min(0).tolist(), "max": points.max(0).tolist()}
     nodes: list[dict[str, Any]] = []
     for name in names:
         above, *head = BONES[name]

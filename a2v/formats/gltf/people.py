@@ -6,11 +6,13 @@ Animations are the only change to the given file: its binary chunk is the beginn
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,17 +20,14 @@ import numpy as np
 from a2v.formats.characters import Clips, check_clips
 from a2v.formats.gltf.bounds import MAX_JOINTS
 from a2v.formats.gltf.document import Document
-from a2v.formats.gltf.reading import Gltf, read_glb
+from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
 from a2v.formats.gltf.skins import read_skin
-from a2v.geometry.polar import nearest_rotations
 from a2v.io import atomic_path, reading
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.resample import continuous
 from a2v.types import Body, FloatArray, IntArray
 
-_UNEVEN = 0.02
-"""Largest relative difference between the scales of a bone along its axes."""
 _HEIGHTS = (0.3, 4.0)
 """Range of leg lengths that are taken as meters; other legs are scaled to `_LEG`."""
 _LEAST_SHARE = 0.1
@@ -56,6 +55,9 @@ class Person:
         Height of the soles, meters, which is the ground of the file.
     mover : int
         The bone that moves the whole person: the lowest common ancestor of hips and shoulders.
+    odd : tuple of int
+        Bones that are mirrored, scaled unevenly or to nothing, such as hidden hair. Only bones that
+        carry no joint may be; they keep their pose.
     """
 
     file: Gltf
@@ -65,20 +67,23 @@ class Person:
     unit: float
     floor: float
     mover: int
+    odd: tuple[int, ...] = ()
 
 
-def read_person(path: str | os.PathLike[str]) -> Person:
-    """Read a skinned person from a ``.glb`` or ``.vrm``.
+def read_person(
+    path: str | os.PathLike[str], *, name: str | os.PathLike[str] | None = None
+) -> Person:
+    """Read a skinned person from a ``.glb`` or ``.vrm``. Messages call the file `name`.
 
     Raises
     ------
     InputError
         The file is broken or too large, has no skin, or its bones have no names that
-        `canonical_joints` knows; bones are mirrored or scaled unevenly; the person lies or is
-        upside down.
+        `canonical_joints` knows; bones that carry joints are mirrored or scaled unevenly; the
+        person lies or is upside down.
     """
-    file = read_glb(path)
-    with reading(path, "person that can be read", "a skinned person in a binary glTF 2.0"):
+    file = dataclasses.replace(read_glb(path), path=Path(name or path))
+    with reading(file.path, "person that can be read", "a skinned person in a binary glTF 2.0"):
         return _read(file)
 
 
@@ -97,7 +102,13 @@ def _read(file: Gltf) -> Person:
         )
     if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
         raise file.fail("has node positions that are not finite, or too large")
-    turns = _decomposed(file, world[list(nodes)])
+    turns, odd = decomposed(world[list(nodes)])
+    if bad := sorted(set(odd) & _carriers(found, parents)):
+        raise file.fail(
+            f"has bones that are mirrored, scaled to nothing or scaled unevenly "
+            f"({', '.join(names[bone] for bone in bad[:3])}); apply the scale in the program that "
+            "made it"
+        )
     turn, unit = _placed(file, found, world[list(nodes)][:, :3, 3])
     rest = np.tile(np.eye(4), (len(nodes), 1, 1))
     rest[:, :3, :3] = turn @ turns
@@ -127,14 +138,28 @@ def _read(file: Gltf) -> Person:
         parts=np.zeros(len(placed), np.int8),
     )
     mover = _mover(found, parents.tolist())
-    return Person(file=file, body=body, nodes=nodes, turn=turn, unit=unit, floor=floor, mover=mover)
+    return Person(
+        file=file, body=body, nodes=nodes, turn=turn, unit=unit, floor=floor, mover=mover, odd=odd
+    )
+
+
+def _carriers(found: Mapping[str, int], parents: IntArray) -> set[int]:
+    """Return the bones of the joints, and those above them."""
+    carriers: set[int] = set()
+    for bone in found.values():
+        while bone >= 0 and bone not in carriers:
+            carriers.add(bone)
+            bone = int(parents[bone])
+    return carriers
 
 
 def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> None:
     """Write the file of a person with further animations, atomically.
 
     Bones at and below `Person.mover` turn, and only `Person.mover` moves. Nodes above it and nodes
-    that are not bones do not change. Names that already exist in the file get a number.
+    that are not bones do not change; the matrix of a node that turns is written as its translation,
+    rotation and scale, since glTF animates only these. Names that already exist in the
+    file get a number.
 
     Parameters
     ----------
@@ -154,7 +179,8 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         raise file.fail("stores its arrays outside of the file, or in several buffers")
     document = Document("")
     document.blob = bytearray(file.binary)
-    grown = {kind: [*file.items(kind)] for kind in ("accessors", "bufferViews", "animations")}
+    kinds = ("nodes", "accessors", "bufferViews", "animations")
+    grown = {kind: [*file.items(kind)] for kind in kinds}
     tree = document.json = file.json | grown | {"buffers": [dict(buffers[0])]}
     taken = {str(animation.get("name", "")) for animation in tree["animations"]}
     for name, (moves, fps) in check_clips(clips, len(person.body.bone_names)).items():
@@ -181,12 +207,15 @@ def _animation(
     """Make an animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
     file, body = person.file, person.body
     world, above = file.node_matrices()
-    turns = _decomposed(file, world[list(person.nodes)])
+    turns, _ = decomposed(world[list(person.nodes)])
     times = document.accessor((np.arange(len(moves)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
 
     def channel(bone: int, path: str, values: FloatArray) -> None:
+        node = document.json["nodes"][person.nodes[bone]]
+        if "matrix" in node:
+            document.json["nodes"][person.nodes[bone]] = file.without_matrix(node)
         samplers.append(
             {
                 "input": times,
@@ -206,11 +235,11 @@ def _animation(
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent in below:
             below.add(bone)
-        if bone not in below:
+        if bone not in below or {bone, parent} & set(person.odd):
             continue
         outer = above[person.nodes[bone]]
         base = (
-            np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]
+            np.eye(3) if outer < 0 else decomposed(world[outer][None])[0][0]
         )  # relative to the parent node, which may not be a bone
         if bone == person.mover or parent not in below:
             around = np.broadcast_to(base, turned[:, bone].shape)
@@ -298,22 +327,6 @@ def _humanoid(file: Gltf) -> dict[int, str]:
             file.item("nodes", node)
             found.setdefault(node, str(name)[:200])
     return found
-
-
-def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
-    """Return the rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
-    lengths = np.linalg.norm(world[:, :3, :3], axis=1)
-    sizes = lengths.mean(axis=1)
-    if (
-        (sizes < 1e-9).any()
-        or (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any()
-        or (np.linalg.det(world[:, :3, :3]) <= 0).any()
-    ):
-        raise file.fail(
-            "has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in "
-            "the program that made it"
-        )
-    return nearest_rotations(world[:, :3, :3] / sizes[:, None, None])
 
 
 def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:

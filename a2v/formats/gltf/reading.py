@@ -24,13 +24,18 @@ from a2v.formats.gltf.bounds import (
     excess,
     parse_gltf,
 )
+from a2v.geometry.polar import nearest_rotations
 from a2v.io import brief, read_bytes, shorten
+from a2v.kinematics import rotmat_to_quat
 from a2v.types import ByteArray, FloatArray
 
 MAX_FILE_BYTES = 128 << 20
 MAX_STRIDE = 252
 """Largest stride of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
 
+_UNEVEN = 0.02
+"""Largest relative difference between the scales of a bone along its axes."""
+_LEAST_SIZE = 1e-9
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -191,6 +196,19 @@ class Gltf:
             (0, 4, 4)
         ), parents
 
+    def without_matrix(self, node: dict[str, Any]) -> dict[str, Any]:
+        """Return a node with its matrix as translation, rotation and scale."""
+        matrix = self._local_matrix(node)
+        turns, odd = decomposed(matrix[None])
+        scale = np.linalg.norm(matrix[:3, :3], axis=0)
+        if odd and np.abs(turns[0] * scale - matrix[:3, :3]).max() > 1e-3 * scale.max():
+            raise self.fail(f"has a sheared matrix at node {brief(node.get('name', ''))}")
+        return {name: value for name, value in node.items() if name != "matrix"} | {
+            "translation": matrix[:3, 3].tolist(),
+            "rotation": rotmat_to_quat(turns)[0, [1, 2, 3, 0]].tolist(),
+            "scale": scale.tolist(),
+        }
+
     def _local_matrix(self, node: dict[str, Any]) -> np.ndarray:
         try:
             if "matrix" in node:
@@ -219,6 +237,21 @@ class Gltf:
         if not isinstance(value, int) or isinstance(value, bool) or value < 0:
             raise self.fail(f"'{name}' is {shorten(value, 60)}")
         return value
+
+
+def decomposed(matrices: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+    """Return the rotations (n, 3, 3) of matrices (n, 4, 4), and which are mirrored, scaled to
+    nothing, or scaled unevenly; the nearest rotation of these is a guess."""
+    axes = matrices[:, :3, :3]
+    lengths = np.linalg.norm(axes, axis=1)
+    sizes = lengths.mean(axis=1)
+    flat = sizes < _LEAST_SIZE
+    uneven = (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any(axis=1)
+    odd = flat | uneven | (np.linalg.det(axes) <= 0)
+    units = np.where(
+        flat[:, None, None], np.eye(3), axes / np.maximum(sizes, _LEAST_SIZE)[:, None, None]
+    )
+    return nearest_rotations(units), tuple(np.flatnonzero(odd).tolist())
 
 
 def read_glb(path: str | os.PathLike[str]) -> Gltf:

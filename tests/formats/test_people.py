@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
-from a2v import Character, InputError
+from a2v import Character, InputError, MissingDependencyError
 from a2v.animation import prepare_rig, retarget
 from a2v.formats import read_motion, write_bvh, write_glb
-from a2v.formats.gltf import VrmMeta, read_glb, write_vrm
+from a2v.formats.gltf import VrmMeta, compress_glb, read_glb, write_vrm
+from a2v.formats.gltf.compression import KINDS, PACKAGES
 from a2v.formats.gltf.people import Person, read_person, write_person
 from a2v.formats.gltf.reading import Gltf
 from a2v.kinematics.names import canonical_joints
@@ -24,6 +26,8 @@ from pipelines.commands import retarget as command
 from pipelines.options import parse
 from tests.support.glb import glb, validate
 from tests.support.motions import person as walker
+from tests.support.npm import npm_folder
+from tests.support.strangers import BONES
 from tests.support.strangers import person as small_person
 
 META = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
@@ -289,4 +293,46 @@ def test_an_odd_leaf_bone_stays_as_it_is_and_is_named(scale: list[float], tmp_pa
     tree["nodes"][names.index("LeftLeg")]["scale"] = scale
     (tmp_path / "a.glb").write_bytes(glb(tree, binary))
     with pytest.raises(InputError, match=r"scaled unevenly \(LeftLeg"):
+        read_person(tmp_path / "a.glb")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_compressed_files_move_as_the_plain_ones(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Draco was read as zeros and meshopt refused, our own files too."""
+    tree, binary = small_person()
+    (tmp_path / "plain.glb").write_bytes(glb(tree, binary))
+    (tmp_path / "small.glb").write_bytes(glb(tree, binary))
+    monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(npm_folder("gltf_transform", *PACKAGES.packages)))
+    compress_glb(tmp_path / "small.glb", kind)
+    assert read_glb(tmp_path / "small.glb").json["extensionsRequired"]
+    people = [
+        danced(tmp_path / f"{name}.glb", walker(frames=4), tmp_path / f"{name}_out.glb")[0].body
+        for name in ("small", "plain")
+    ]
+    ours, theirs = (body.vertices[body.faces].astype(float).reshape(-1, 9) for body in people)
+    far, _ = cKDTree(theirs).query(ours)
+    assert len(ours) == len(theirs)
+    assert far.max() < 2e-3
+    for frame in range(4):
+        shown, plain = (
+            heads_at(tmp_path / f"{name}_out.glb", 0, frame) for name in ("small", "plain")
+        )
+        for bone in BONES:
+            np.testing.assert_allclose(shown[bone], plain[bone], atol=1e-2)
+    monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(tmp_path / "none"))
+    with pytest.raises(MissingDependencyError, match="npm install"):
+        read_person(tmp_path / "small.glb")
+
+
+def test_a_compressed_file_that_is_broken_or_a_vrm(tmp_path: Path) -> None:
+    tree, binary = small_person()
+    tree["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    (tmp_path / "a.vrm").write_bytes(glb({**tree, "extensions": {"VRM": {}}}, binary))
+    with pytest.raises(InputError, match="VRM that is compressed"):
+        read_person(tmp_path / "a.vrm")
+    tree["accessors"] += [{"componentType": 5126, "count": 40_000_000, "type": "VEC3"}]
+    (tmp_path / "a.glb").write_bytes(glb(tree, binary))
+    with pytest.raises(InputError, match="unpacks to"):
         read_person(tmp_path / "a.glb")

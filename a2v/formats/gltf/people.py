@@ -7,9 +7,8 @@ Animations are the only change to the given file: its binary chunk is the beginn
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
-import struct
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from a2v.errors import A2VError, MissingDependencyError
 from a2v.formats.characters import Clips, check_clips
-from a2v.formats.gltf.bounds import MAX_JOINTS
-from a2v.formats.gltf.document import Document
+from a2v.formats.gltf.bounds import MAX_JOINTS, MAX_NUMBERS
+from a2v.formats.gltf.compression import COMPRESSED, decompress_glb
+from a2v.formats.gltf.document import Document, pack_glb
 from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
 from a2v.formats.gltf.skins import read_skin
 from a2v.io import atomic_path, reading
@@ -82,9 +83,32 @@ def read_person(
         `canonical_joints` knows; bones that carry joints are mirrored or scaled unevenly; the
         person lies or is upside down.
     """
-    file = dataclasses.replace(read_glb(path), path=Path(name or path))
+    file = dataclasses.replace(_plain(read_glb(path)), path=Path(name or path))
     with reading(file.path, "person that can be read", "a skinned person in a binary glTF 2.0"):
         return _read(file)
+
+
+def _plain(file: Gltf) -> Gltf:
+    """Return a file whose arrays are not compressed. Of a VRM this would lose the extensions."""
+    used = file.json.get("extensionsRequired", file.json.get("extensionsUsed"))
+    found = [kind for kind in COMPRESSED if isinstance(used, list) and kind in used]
+    if not found:
+        return file
+    if isinstance(file.json.get("extensions"), dict):
+        raise file.fail(f"is a VRM that is compressed ({found[0]}); save it without compression")
+    most = sum(file.count(index) for index in range(len(file.items("accessors"))))
+    if most > MAX_NUMBERS:
+        raise file.fail(f"unpacks to {most} elements; expected at most {MAX_NUMBERS}")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "in.glb"
+        copy.write_bytes(pack_glb(file.json, file.binary))
+        try:
+            decompress_glb(copy, Path(folder) / "out.glb")
+        except MissingDependencyError:
+            raise
+        except A2VError as error:
+            raise file.fail(f"is compressed ({found[0]}) and cannot be decoded: {error}") from None
+        return read_glb(Path(folder) / "out.glb")
 
 
 def _read(file: Gltf) -> Person:
@@ -191,14 +215,9 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         )
         taken.add(free)
         tree["animations"].append(_animation(document, person, free, moves, fps))
-    data = bytes(document.blob) + b"\0" * (-len(document.blob) % 4)
     tree["buffers"][0]["byteLength"] = len(document.blob)
-    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
-    text += b" " * (-len(text) % 4)
-    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        stream.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)))
-        stream.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        stream.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(pack_glb(tree, bytes(document.blob)))
 
 
 def _animation(

@@ -53,9 +53,10 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent
         )
         lock(handle)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:  # UnicodeError: half a character in the name
         raise InputError(
-            f"cannot write {target}: {error.strerror}; choose another output folder"
+            f"cannot write {target}: {getattr(error, 'strerror', None) or error}; choose another "
+            "output folder"
         ) from error
     temporary = Path(name)
     _UNFINISHED.add(temporary)

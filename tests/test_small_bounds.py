@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import a2v
+import a2v.io
 from a2v.errors import A2VError, InputError
 from a2v.footage.reading import open_reel
 from a2v.io import say
@@ -175,3 +176,9 @@ def test_photos_that_are_no_paths(photos: Any) -> None:
     with pytest.raises(InputError, match="expected the path of a file"):
         a2v.make_character(photos=photos)
     assert time.process_time() - begun < 2
+
+
+def test_a_file_whose_name_has_half_a_character_is_refused(tmp_path: Path) -> None:
+    """The fuzzer found a traceback."""
+    with pytest.raises(InputError, match="cannot write"):
+        a2v.io.write_npz(tmp_path / "a\ud800.npz", {"a": np.zeros(1)})

@@ -16,7 +16,7 @@ ARGS ?=
 MOTIONS ?=
 export PYTHON
 
-.PHONY: help setup video page test test-fast slow fuzz bench sheets tables lint notebooks dag clean
+.PHONY: help setup video page test test-product test-fast slow fuzz bench sheets tables lint notebooks dag clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -32,13 +32,16 @@ page: setup ## a page in the browser: a photo in, a video out; Ctrl-C ends it
 	@$(PY) -m pipelines serve --browser $(ARGS)
 
 test: setup ## run every test
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --no-loadscope-reorder --durations=15 $(ARGS)
+
+test-product: setup ## every test but those of the laboratory (tests/lab, tests/export) and of the notebooks
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --no-loadscope-reorder tests --ignore=tests/lab --ignore=tests/export $(ARGS)
 
 test-fast: setup ## the quick files of tests, in under three minutes: for whoever edits
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --fast $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder --fast $(ARGS)
 
 slow: setup ## measure every test and list the slow files in tests/slow.txt, which test-fast leaves out
-	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --note-slow $(ARGS)
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder --note-slow $(ARGS)
 
 fuzz: setup ## hostile files, options and requests: CASES=300 of each kind, drawn by SEED=1, told in REPORT=FILE
 	@A2V_FUZZ=$(CASES) A2V_FUZZ_REPORT=$(REPORT) $(PY) -m pytest tests/fuzz --hypothesis-seed=$(SEED) $(ARGS)
@@ -55,8 +58,8 @@ tables: setup ## list the commands that remake the papers' tables; ARGS=--run ru
 lint: setup ## ruff, spelling, mypy, layers
 	@$(PY) -m ruff format --check . && $(PY) -m ruff check . && .venv/bin/codespell && $(PY) -m mypy && .venv/bin/lint-imports
 
-notebooks: setup ## write and execute notebooks/*.ipynb from their .py
-	@set -e; for source in notebooks/*.py; do $(PY) -m jupytext --to ipynb --execute $$source; done
+notebooks: setup ## write and execute notebooks/*.ipynb from their .py, and shrink their pictures; ARGS=notebooks/05_photo_to_person.py for one
+	@$(PY) scripts/make_notebooks.py $(ARGS)
 
 dag: setup ## draw the pipeline into docs/images/dag.svg
 	@$(PY) -m pipelines dag --out docs/images/dag.svg

@@ -3,15 +3,21 @@
 ``python -c`` and the processes of `multiprocessing` put the working folder in front of the standard
 library, so a ``socket.py`` beside somebody's photos would run. Python 3.11 and later leave it out
 if PYTHONSAFEPATH is set. On 3.10 the first code of the child removes it.
+
+The workers of `worker_context` do not import the user's main module either, so that a script needs
+no ``if __name__ == "__main__":``.
 """
 
 from __future__ import annotations
 
 import contextlib
+import multiprocessing.context
+import multiprocessing.spawn
 import multiprocessing.util
 import os
 import sys
 import sysconfig
+import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -88,6 +94,55 @@ def safe_children() -> Iterator[None]:
             os.environ[VARIABLE] = before
 
 
+_plain: Any = multiprocessing.get_context(start_method())
+_prepare = multiprocessing.spawn.get_preparation_data
+_starting = threading.local()
+
+
+def _prepare_child(name: str) -> dict[str, Any]:
+    """Return what `multiprocessing` tells a new child; a worker of a2v gets no main module."""
+    data = _prepare(name)
+    if getattr(_starting, "worker", False):
+        data = {key: value for key, value in data.items() if not key.startswith("init_main_")}
+    return data
+
+
+multiprocessing.spawn.get_preparation_data = _prepare_child
+
+
+@contextlib.contextmanager
+def _without_main() -> Iterator[None]:
+    """Keep children that this thread starts in the block from importing the main module."""
+    _starting.worker = True
+    try:
+        yield
+    finally:
+        _starting.worker = False
+
+
+class Worker(_plain.Process):  # type: ignore[misc]  # its class depends on the system
+    """A child process that imports neither from the working folder nor the user's main module."""
+
+    @staticmethod
+    def _Popen(process_obj: Any) -> Any:
+        with _without_main():
+            return _plain.Process._Popen(process_obj)
+
+
+class _Workers(type(_plain)):  # type: ignore[misc]
+    Process = Worker
+
+
+def worker_context() -> multiprocessing.context.BaseContext:
+    """Return the context of `multiprocessing` whose processes are `Worker`.
+
+    Functions for them are found by the module that defines them, which is not ``__main__``.
+    """
+    start_fork_server()
+    context: multiprocessing.context.BaseContext = _Workers()
+    return context
+
+
 def start_fork_server() -> None:
     """Start the fork server of `multiprocessing` if it does not run yet.
 
@@ -97,5 +152,5 @@ def start_fork_server() -> None:
         return
     from multiprocessing import forkserver
 
-    with safe_children():
+    with safe_children(), _without_main():
         forkserver.ensure_running()

@@ -5,7 +5,6 @@ The time includes the start of the kernel, imports and all processes that the no
     python benchmarks/notebooks.py                    # all, at the size of the stored outputs
     python benchmarks/notebooks.py --only 05 08       # some
     python benchmarks/notebooks.py --small            # at the size that the tests use
-    python benchmarks/notebooks.py --keep             # and write the outputs, as `make notebooks`
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ _SUBREAPER = 36
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 
 
-def seconds_of(source: Path, *, small: bool, keep: bool) -> float:
+def seconds_of(source: Path, *, small: bool) -> float:
     """Execute a notebook in a process of its own; return the processor time of its family, s."""
     surroundings = {name: value for name, value in os.environ.items() if name != "A2V_SMALL"}
     surroundings |= {"A2V_SMALL": "1"} if small else {}
     with tempfile.TemporaryDirectory(prefix="a2v-notebook-") as folder:
-        out = source.with_suffix(".ipynb") if keep else Path(folder) / "executed.ipynb"
+        out = Path(folder) / "executed.ipynb"
         command = ["jupytext", "--to", "ipynb", "--execute", "--run-path", str(FOLDER)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(
@@ -51,14 +50,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", default=[], help="numbers of notebooks")
     parser.add_argument("--small", action="store_true", help="at the size that the tests use")
-    parser.add_argument("--keep", action="store_true", help="write the outputs to notebooks/")
     options = parser.parse_args()
     if ctypes.CDLL(None).prctl(_SUBREAPER, 1):
         raise OSError("this process cannot adopt orphans; the benchmark needs Linux")
     print("| notebook | processor time, s |\n|---|---|", flush=True)
     for source in sorted(FOLDER.glob("[0-9]*.py")):
         if not options.only or source.stem.split("_")[0] in options.only:
-            spent = seconds_of(source, small=options.small, keep=options.keep)
+            spent = seconds_of(source, small=options.small)
             print(f"| {source.stem} | {spent:.0f} |", flush=True)
 
 

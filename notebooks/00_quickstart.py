@@ -52,7 +52,7 @@ import a2v
 from a2v import Character, Motion, PhotoCamera, Subject, Surface
 from a2v.samples import load_ready_person
 from a2v.types import Body
-from pipelines.engine.progress import Bars
+from pipelines.bar import Bars
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.requests.video import video_parameters

@@ -54,9 +54,7 @@ for each in (model, mocap):
 
 def play(motion, titles=None, name="clip.mp4"):
     """Show clips moving, beside each other."""
-    save_stick_figures(
-        folder / name, motion, titles=titles, settings=StickSettings(size=80 if SMALL else 200)
-    )
+    save_stick_figures(folder / name, motion, titles=titles, settings=StickSettings(size=96))
     display(Video(str(folder / name), embed=True, html_attributes="controls loop autoplay muted"))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
+import difflib
 import math
 import re
 import typing
@@ -13,8 +15,22 @@ import jsonargparse
 from a2v.errors import InputError
 from a2v.io import brief, shorten
 
+_NO_LIST = r"expected a list in brackets, such as [1,2], instead of \1"
 
-def of_no_kind(text: str) -> str:
+
+def explained(error: str, parser: argparse.ArgumentParser) -> str:
+    """Return the message about arguments that the parser refuses with `error`, in one line."""
+    lines = [line.strip() for line in error.splitlines() if line.strip()]
+    if lines and (unknown := _unknown(lines[0], parser)):
+        return unknown
+    if "of the Union subtypes" in error:
+        lines = [f"{lines[0].partition(':')[0]}: {_of_no_kind(error)}"]
+    text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
+    text = re.sub(r"Expected a <class 'tuple'>\. Got value: (.*)", _NO_LIST, text)
+    return with_hyphens(shorten(text, 600))
+
+
+def _of_no_kind(text: str) -> str:
     """Return the message for a value that has none of the types of its option."""
     given = re.search(r"Given value: (.*)", text)
     kind = next(
@@ -26,6 +42,21 @@ def of_no_kind(text: str) -> str:
         "another value",
     )
     return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
+
+
+def _unknown(error: str, parser: argparse.ArgumentParser) -> str:
+    """Return the message about arguments that no option takes, with the nearest options; "" for
+    another error."""
+    found = re.match(r"unrecognized arguments: (\S+)|Option '([\w.]+)' is not accepted", error)
+    if found is None:
+        return ""
+    given = with_hyphens(found[1].partition("=")[0] if found[1] else f"--{found[2]}")
+    if not given.startswith("-"):
+        return f"unexpected argument '{shorten(given, 60)}'; values follow the name of an option"
+    known = [with_hyphens(name) for action in parser._actions for name in action.option_strings]
+    near = difflib.get_close_matches(given, known, n=2, cutoff=0.7)
+    hint = f"; did you mean {' or '.join(near)}?" if near else ""
+    return f"unknown option {shorten(given, 60)}{hint}"
 
 
 def gather_repeated(kind: type, given: Sequence[str]) -> list[str]:

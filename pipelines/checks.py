@@ -21,10 +21,10 @@ from a2v.formats import fbx
 from a2v.formats.gltf import compression
 from a2v.io import shorten
 
-Status = Literal["works", "slow", "missing", "fails"]
+Status = Literal["works", "slow", "optional", "fails"]
 """States of a check.
 
-``slow``: works, but slower than possible; ``missing``: an optional part is not installed;
+``slow``: works, but slower than possible; ``optional``: not installed, and no video needs it;
 ``fails``: a part that a video needs does not work.
 """
 
@@ -139,10 +139,10 @@ def check_person() -> Check:
     """Check that a person is found on the sample photo."""
     from PIL import Image
 
-    import a2v
     from a2v.perception.detector import Detector
+    from a2v.sessions import WEIGHTS
 
-    sample = Path(a2v.__file__).with_name("samples") / "person.jpg"
+    sample = WEIGHTS.with_name("samples") / "person.jpg"
     with Image.open(sample) as picture, Detector() as detector:
         found = detector.one(np.asarray(picture.convert("RGB").resize((256, 256))))
     if found is None:
@@ -265,7 +265,7 @@ def check_browser() -> Check:
     if found is None and sys.platform.startswith("linux"):
         return Check(
             name="browser",
-            status="missing",
+            status="optional",
             about="none for preview.html",
             advice="open it on another machine, or install one",
         )
@@ -300,21 +300,21 @@ def check_extras() -> Iterator[Check]:
         )
         yield Check(
             name=extra,
-            status="works" if there else "missing",
+            status="works" if there else "optional",
             about=about,
             advice="" if there else advice,
         )
     about, there = "--compress: smaller .glb", compression.PACKAGES.installed
     yield Check(
         name="compress",
-        status="works" if there else "missing",
+        status="works" if there else "optional",
         about=about,
         advice="" if there else compression.PACKAGES.install_command,
     )
     about, there = "a2v motion --page: motions generated in the browser", page.PACKAGES.installed
     yield Check(
         name="page",
-        status="works" if there else "missing",
+        status="works" if there else "optional",
         about=about,
         advice="" if there else page.PACKAGES.install_command,
     )

@@ -295,7 +295,7 @@ def _run(arguments: list[str]) -> Answer:
             error="" if arguments else "no command; a2v --help lists them",
         )
     if arguments[0] in ("-V", "--version"):
-        from a2v import __version__
+        from a2v.version import __version__
 
         return Answer(text=f"a2v {__version__}", facts={"version": __version__})
     name = arguments[0]

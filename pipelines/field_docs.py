@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterator
 
 _SECTION = "Attributes"
+_REFERENCE = re.compile(r" \((?:Eq\. [^)]*|a2v\.[\w.]+|[a-z]+_[a-z_]+|\w+\.csv)\)")
 
 
 def field_docs(kind: type) -> dict[str, str]:
     """Return one line of text per field, from the section ``Attributes`` of the class.
 
     Base classes are included. An entry is ``name : type`` with its text indented below it
-    (numpydoc). Backquotes and the final period are left out.
+    (numpydoc). Backquotes, the final period and references in parentheses to equations and modules
+    are left out.
     """
     found: dict[str, str] = {}
     for one in reversed(kind.__mro__):
@@ -43,4 +46,4 @@ def _entries(text: str) -> Iterator[tuple[str, str]]:
 
 def _entry(name: str, words: list[str]) -> Iterator[tuple[str, str]]:
     if name and words:
-        yield name, " ".join(words).removesuffix(".")
+        yield name, _REFERENCE.sub("", " ".join(words)).removesuffix(".")

@@ -14,24 +14,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from typing_extensions import Unpack
+
 from a2v.errors import InputError
-from a2v.formats.gltf.vrm import EDITIONS
 from a2v.formats.registry import write_motion
 from a2v.io import brief
 from a2v.types import Character, Motion
 from pipelines.commands import character as character_command
 from pipelines.commands import motion as motion_command
+from pipelines.commands import reconstruct as reconstruct_command
 from pipelines.commands import video as video_command
 from pipelines.engine.progress import Listener
 from pipelines.engine.store import Store
-from pipelines.engines import EngineOptions
+from pipelines.given import listing, path_given
 from pipelines.inputs import RunOptions, check_writable
+from pipelines.keywords import FileKeywords, FilmKeywords, MotionKeywords, PersonKeywords
 from pipelines.outputs import made_motion, write_blob
+from pipelines.requests.file import FileRequest
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
 from pipelines.requests.person import MOST_PHOTOS, PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
-from pipelines.rigs import RigOptions
 
 Where = str | os.PathLike[str]
 
@@ -48,11 +51,16 @@ class _Running(RunOptions):
         cls, progress: bool | Listener, cache: Where | None = None, workers: int | None = None
     ) -> _Running:
         """Return bars for True, nothing for False, else the given function."""
-        listener = None if isinstance(progress, bool) else progress
+        if not isinstance(progress, bool) and not callable(progress):
+            raise InputError(
+                f"progress is {brief(progress)}; expected True, False or a function of an Update"
+            )
+        if workers is not None and (not isinstance(workers, int) or workers < 1):
+            raise InputError(f"workers is {brief(workers)}; expected a whole number from 1 on")
         return cls(
             quiet=progress is not True,
-            listener=listener,
-            cache=None if cache is None else os.fspath(cache),
+            listener=None if isinstance(progress, bool) else progress,
+            cache=None if cache is None else path_given("cache", cache, "a folder"),
             workers=workers,
         )
 
@@ -95,8 +103,9 @@ class MotionClip:
         InputError
             No format has such a name, or the file cannot be written.
         """
-        check_writable(Path(path).parent)
-        return write_motion(path, self.motion, motion_command.FORMATS)[0]
+        target = Path(path_given("path", path, "the name of a file to write"))
+        check_writable(target.parent)
+        return write_motion(target, self.motion, motion_command.FORMATS)[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,16 +130,12 @@ class Person:
     notes: tuple[str, ...]
     running: RunOptions = field(repr=False)
 
+    @listing(FileKeywords)
     def save(
         self,
         path: Where,
         motions: Mapping[str, MotionClip] | None = None,
-        *,
-        rig: str = RigOptions.rig,
-        root_motion: bool = False,
-        author: str = "",
-        license_url: str = "",
-        **others: str,
+        **values: Unpack[FileKeywords],
     ) -> Path:
         """Write the character with clips by name, as ``a2v character --out`` does.
 
@@ -139,45 +144,69 @@ class Person:
         Parameters
         ----------
         path : path
-            ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
+            ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``; without clips also ``.obj`` or
+            ``.ply``.
         motions : mapping of MotionClip
             Clips by their names in the file.
-        rig, root_motion, author, license_url, others : the options of ``a2v character``
-            Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and
+        values : the options of ``a2v character`` for exported files
+            ``pose="photo"``, ``rig="mixamo"``, ``root_motion=True``, ``visemes="vrchat"``,
+            ``author``, ``license_url``, ``vrm="0.x"``, ``lods="15000,8000"`` and
             ``compress="meshopt"``; triangles and texture are `make_character`'s.
 
         Raises
         ------
         InputError
-            No format has this suffix, the format lacks a requested part, or the file cannot be
-            written.
+            No format has this suffix, the format lacks a requested part, an option is unknown, or
+            the file cannot be written.
         """
-        target = Path(path)
-        rigging = RigOptions(
-            rig=rig, root_motion=root_motion, visemes=others.pop("visemes", RigOptions.visemes)
-        )
-        edition = others.pop("vrm", EDITIONS[0])
-        engine = EngineOptions(**others)
+        target = Path(path_given("path", path, "the name of a file to write"))
+        asked = _clips(motions)
+        own = FileRequest.of(**values)
+        posing, rigging, engine = own.posing, own.rigging, own.engine
+        posing.check_rig(target, rigging)
         engine.check(target)
-        avatar = character_command.avatar_of(
-            target, rigging, author=author, license_url=license_url, edition=edition
-        )
-        asked = {name: clip.request for name, clip in (motions or {}).items()}
+        bare = not asked and rigging.plain and target.suffix.lower() in reconstruct_command.FORMATS
+        avatar = None if bare else character_command.avatar_of(target, rigging, own.avatar)
         if asked:
             animated = character_command.animate(
-                self.request, asked, self.running, deform=None, folder=target.parent
+                self.request,
+                asked,
+                self.running,
+                deform=None,
+                folder=target.parent,
+                posing=posing,
             )
         else:
             check_writable(target.parent)
             outcome = self.running.run(
-                "engine_character", self.request.resolve(Store(self.running.cache))
+                ["engine_character", *posing.targets],
+                self.request.resolve(Store(self.running.cache)),
             )
             animated = character_command.Animated(
-                character=outcome.get("engine_character", Character)
+                character=posing.posed(outcome, "engine_character")
             )
+        if bare:
+            return reconstruct_command.write_person(target, animated.character, engine)[0]
         return character_command.write_animated(target, animated, rigging, engine, avatar)[0]
 
 
+def _clips(motions: Mapping[str, MotionClip] | None) -> dict[str, MotionRequest]:
+    """Return the requests of clips by name.
+
+    Raises
+    ------
+    InputError
+        One is no `MotionClip`.
+    """
+    if not isinstance(motions or {}, Mapping):
+        raise InputError(f"motions is {brief(motions)}; expected clips by their names")
+    for name, clip in (motions or {}).items():
+        if not isinstance(clip, MotionClip):
+            raise InputError(f"{name} is {brief(clip)}; expected a result of make_motion")
+    return {name: clip.request for name, clip in (motions or {}).items()}
+
+
+@listing(PersonKeywords)
 def make_character(
     photo: Where | None = None,
     *,
@@ -185,7 +214,7 @@ def make_character(
     progress: bool | Listener = False,
     cache: Where | None = None,
     workers: int | None = None,
-    **values: object,
+    **values: Unpack[PersonKeywords],
 ) -> Person:
     """Make the character of the person in one or several photos.
 
@@ -210,23 +239,24 @@ def make_character(
     InputError
         An unknown name, a value or a file that cannot be used, or nobody is found in the photo.
     """
-    first = () if photo is None else (photo,)
-    paths = [*first, *itertools.islice(photos, MOST_PHOTOS + 1)]
-    if odd := [path for path in paths if not isinstance(path, str | os.PathLike)]:
-        raise InputError(f"a photo is {brief(odd[0])}; expected the path of a file")
-    given = [os.fspath(path) for path in paths]
+    if isinstance(photos, str | bytes | os.PathLike):
+        raise InputError(f"photos is {brief(photos)}; expected a list of paths")
+    given = [
+        path_given("photo", path, "the path of an image")
+        for path in (
+            *(() if photo is None else (photo,)),
+            *itertools.islice(photos, MOST_PHOTOS + 1),
+        )
+    ]
     if not given:
         raise InputError("no photo given; name one, or several of the same person as photos=")
     if named := [path for path in given[1:] if "," in path]:
         raise InputError(
             f"the name {named[0]} has a comma, and commas separate further photos; rename it"
         )
-    if given[1:]:
-        values["more"] = ",".join(given[1:])
-    request, running = (
-        PersonRequest.of(photo=given[0], **values),
-        _Running.of(progress, cache, workers),
-    )
+    more = {"more": ",".join(given[1:])} if given[1:] else {}
+    request = PersonRequest.of(photo=given[0], **more, **values)
+    running = _Running.of(progress, cache, workers)
     outcome = running.run("character", request.resolve(Store(running.cache)))
     return Person(
         request=request,
@@ -236,12 +266,13 @@ def make_character(
     )
 
 
+@listing(MotionKeywords)
 def make_motion(
     action: str = "",
     *,
     progress: bool | Listener = False,
     cache: Where | None = None,
-    **values: object,
+    **values: Unpack[MotionKeywords],
 ) -> MotionClip:
     """Make a motion from the name or description of an action, or read one from a file.
 
@@ -273,13 +304,14 @@ def make_motion(
     )
 
 
+@listing(FilmKeywords)
 def make_video(
     person: Person,
     motion: MotionClip,
     path: Where,
     *,
     progress: bool | Listener = False,
-    **values: object,
+    **values: Unpack[FilmKeywords],
 ) -> Path:
     """Make the video of a person in motion; return its path.
 
@@ -298,13 +330,16 @@ def make_video(
     InputError
         An unknown name, a value that cannot be used, or the file cannot be written.
     """
-    film, target = FilmRequest.of(**values), Path(path)
+    if not isinstance(person, Person):
+        raise InputError(f"person is {brief(person)}; expected the result of make_character")
+    clip = _clips({"motion": motion})["motion"]
+    film, target = FilmRequest.of(**values), Path(path_given("path", path, "an .mp4 or a folder"))
     running = _Running.of(progress, person.running.cache, person.running.workers)
     if not target.suffix:
         options = video_command.Options(
             person=person.request,
             out=str(target),
-            motion=motion.request,
+            motion=clip,
             film=film,
             running=running,
         )
@@ -318,7 +353,7 @@ def make_video(
         raise InputError(
             "the background photo also writes photo.mp4; give a folder instead of an .mp4"
         )
-    resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(
+    resolved = VideoRequest(person=person.request, motion=clip, film=film).resolve(
         Store(running.cache)
     )
     check_writable(target.parent)

@@ -38,7 +38,6 @@ def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step,
         Step(export.engine_character, "engine_character"),
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
-        Step(export.still, "still"),
     )
 
 

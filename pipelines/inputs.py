@@ -93,7 +93,8 @@ class RunOptions:
         metavar="FOLDER",
         rare=True,
     )
-    quiet: bool = flag("show no progress bars")
+    quiet: bool = flag("show no progress and no summary")
+    verbose: bool = flag("print calls, seconds and memory of each node at the end", rare=True)
 
     def run(
         self,
@@ -105,11 +106,20 @@ class RunOptions:
         overrides: Mapping[str, Any] | None = None,
         early: Early | None = None,
     ) -> Outcome:
-        """Compute `targets` with bars, as `pipelines.engine.run.run` does."""
+        """Compute `targets` with a line of progress, as `pipelines.engine.run.run` does."""
+        from pipelines.bar import Bars
+        from pipelines.clock import Clock
+        from pipelines.engine.graph import needed_for
+        from pipelines.graph import video_graph
         from pipelines.run import run
 
         given = Parameters(parameters)
         with self.listening() as listener:
+            if isinstance(listener, Bars):
+                names = [targets] if isinstance(targets, str) else [*targets]
+                steps = video_graph(several="other" in given) if graph is None else graph
+                needed = needed_for(steps, [*names, *(early or {})], overrides or {})
+                listener.expect(Clock.of([step.node.name for step in needed], given))
             return run(
                 targets,
                 graph=graph,
@@ -126,8 +136,8 @@ class RunOptions:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
-        """Return the progress function: bars on standard error."""
-        from pipelines.engine.progress import Bars
+        """Return the progress function: a line on standard error."""
+        from pipelines.bar import Bars
 
         bars = Bars(quiet=self.quiet)
         try:
@@ -136,8 +146,17 @@ class RunOptions:
             bars.close()
 
     def tell_times(self, outcome: Outcome) -> None:
-        """Print the times of the nodes on standard error, unless quiet."""
+        """Print the times of the nodes on standard error if ``--verbose`` asks for them."""
         from pipelines.report import table
 
-        if not self.quiet:
+        if self.verbose and not self.quiet:
             say(table(outcome))
+
+    def tell_made(self, written: Sequence[Path], seconds: float) -> None:
+        """Print what was made, where, and in which time, on standard error, unless quiet."""
+        from pipelines.engine.progress import duration
+
+        if not self.quiet and written:
+            names = ", ".join(path.name for path in written)
+            say(f"made in {duration(seconds)}: {names}")
+            say(f"in {written[0].parent}")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import re
 import shutil
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,8 +24,8 @@ from a2v.plain_yaml import PlainLoader
 from pipelines.arguments import (
     check_numbers,
     check_typed,
+    explained,
     gather_repeated,
-    of_no_kind,
     with_hyphens,
 )
 from pipelines.field_docs import field_docs, summary
@@ -35,7 +34,6 @@ T = TypeVar("T")
 
 _WIDTH = 124
 _MODE = "a2v"
-_NO_LIST = r"expected a list in brackets, such as [1,2], instead of \1"
 _MAX_SETTINGS_BYTES = 1 << 20
 
 
@@ -166,15 +164,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if level else given))
     except argparse.ArgumentError as error:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        lines = (
-            [f"{lines[0].partition(':')[0]}: {of_no_kind(str(error))}"]
-            if "of the Union subtypes" in str(error)
-            else lines
-        )
-        text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
-        text = re.sub(r"Expected a <class 'tuple'>\. Got value: (.*)", _NO_LIST, text)
-        raise InputError(f"{with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
+        text = explained(str(error), parser)
+        raise InputError(f"{text}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise
     except (
@@ -219,7 +210,10 @@ def _parser(
     )
     levels = {"print_config": 1, "json": 1} | dict(_add(parser, kind, None, headings=level > 0))
     parser.add_argument(
-        "--config", action="config", help="YAML file with values of these options, by their names"
+        "--config",
+        action="config",
+        metavar="FILE",
+        help="YAML file with values of these options, by their names",
     )
     parser.add_argument(
         "--json",
@@ -241,13 +235,15 @@ def _parser(
             help=f"show {within} internal settings of the stages as well, for research",
         )
     for action in parser._actions:
+        if action.dest == "print_config":
+            action.help = "print all options with their values as YAML, for --config, and exit"
         if hidden.get(action.dest, int(action.dest == "help_lab")) > level:
             action.help = argparse.SUPPRESS
     needed = [action for action in parser._actions if action.required]
     shown = [
         f"{action.option_strings[0]} {action.metavar or action.dest.upper()}"
         if action.option_strings
-        else action.dest
+        else str(action.metavar or action.dest)
         for action in needed
     ]
     parser.usage = " ".join([prog, *map(with_hyphens, shown), "[options]"]).replace("%", "%%")
@@ -279,7 +275,7 @@ def _add(
             yield from _add(
                 parser,
                 hints[item.name],
-                parser.add_argument_group(title) if title and headings else section,
+                _section(parser, title) if title and headings else section,
                 headings=headings,
             )
         elif "settings" in item.metadata:
@@ -301,6 +297,12 @@ def _add(
                 if dataclasses.is_dataclass(hints[one.name])
             )
             return
+
+
+def _section(parser: jsonargparse.ArgumentParser, title: str) -> Any:
+    """Return the section of the help with this heading; groups with one heading share it."""
+    found = [one for one in parser._action_groups if one.title == title]
+    return found[0] if found else parser.add_argument_group(title)
 
 
 def _add_option(parser: Any, item: dataclasses.Field[Any], kind: Any) -> None:

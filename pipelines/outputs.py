@@ -22,7 +22,6 @@ _OWN = RigOptions()
 _NAMES = {
     "video": "video.mp4",
     "glb": "character.glb",
-    "still": "character.glb",
     "photo_clip": "photo.mp4",
     "bvh": "motion.bvh",
 }

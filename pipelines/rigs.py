@@ -13,6 +13,7 @@ from a2v.errors import InputError
 from a2v.formats import write_glb, write_rig_bvh
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
+from a2v.formats.gltf.vrm import EDITIONS
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
 from a2v.props import Props
@@ -20,6 +21,8 @@ from a2v.types import Character, FloatArray, Motion
 from pipelines.nodes.values import Poses
 from pipelines.options import flag, option
 
+AVATAR = ".vrm"
+"""Suffix of a VRM file."""
 RIG = f"bones of exports: {', '.join(RIGS)}"
 ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
 VISEMES = "add 15 visemes with the names of oculus or vrchat; or rig for those of the chosen rig"
@@ -81,7 +84,7 @@ def write_avatar(
 ) -> list[Path]:
     """Write a ``.vrm`` and beside it one ``<stem>.<clip>.vrma`` per clip, with its expressions.
 
-    See `check_avatar`.
+    See `AvatarOptions.meta`.
     """
     person, moves = prepare_rig(character, clips, rig="vrm")
     write_vrm(path, person, meta)
@@ -93,20 +96,41 @@ def write_avatar(
     return paths
 
 
-def check_avatar(options: RigOptions) -> None:
-    """Check the options of a ``.vrm``.
+@dataclass(frozen=True, kw_only=True)
+class AvatarOptions:
+    """What a ``.vrm`` says of its author and license."""
 
-    Raises
-    ------
-    InputError
-        Another rig, or root motion.
-    """
-    if options.rig not in (OWN_RIG, "vrm"):
-        raise InputError(
-            f"a .vrm requires the rig vrm, not {options.rig}; leave --rig out, or write a .glb"
+    author: str = option("author of the avatar; a .vrm requires it", default="")
+    license_url: str = option(
+        "address of the license of the avatar; a .vrm requires it", default="", metavar="URL"
+    )
+    vrm: str = option(
+        "edition of a .vrm; 0.x for VSeeFace and other programs that do not read 1.0",
+        default=EDITIONS[0],
+        choices=EDITIONS,
+    )
+
+    def meta(self, path: Path, rigging: RigOptions) -> VrmMeta | None:
+        """Return the description that a ``.vrm`` holds; None for other files.
+
+        Raises
+        ------
+        InputError
+            A ``.vrm`` cannot have the rig or root motion, or has no author or license.
+        """
+        if path.suffix.lower() != AVATAR:
+            return None
+        if rigging.rig not in (OWN_RIG, "vrm"):
+            raise InputError(
+                f"a .vrm requires the rig vrm, not {rigging.rig}; leave --rig out, or write a .glb"
+            )
+        if rigging.root_motion:
+            raise InputError(
+                "a VRM animation has no root; leave --root-motion out, or write a .glb"
+            )
+        return VrmMeta(
+            name=path.stem, author=self.author, license_url=self.license_url, edition=self.vrm
         )
-    if options.root_motion:
-        raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")
 
 
 def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: Edit) -> list[Path]:

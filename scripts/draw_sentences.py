@@ -7,7 +7,7 @@
 
 Docstrings are those of the modules, classes and functions of `a2v`, `pipelines` and `export`. Help
 lines are those that the commands print for `--help-all`. Messages are those of
-[docs/refusals.md](../docs/refusals.md). Each kind is sorted by file and name before the draw,
+`scripts/list_refusals.py`. Each kind is sorted by file and name before the draw,
 and has its own random generator. A rewritten docstring or message does not change which others are
 drawn. Help lines with the same text count once, so a rewritten one can change the draw.
 """
@@ -97,7 +97,7 @@ def help_lines() -> list[Sentence]:
 
 
 def messages() -> list[Sentence]:
-    """The messages of docs/refusals.md with the lines of their calls."""
+    """The messages of `scripts/list_refusals.py` with the lines of their calls."""
     return [
         Sentence(file, "", line, text)
         for file, _ in sources()

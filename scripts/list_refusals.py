@@ -1,15 +1,16 @@
-"""List every refusal that a2v can print in docs/refusals.md, by topic.
+"""List every refusal that a2v can print, by topic, as a page of Markdown.
 
-    python scripts/list_refusals.py            write the page
-    python scripts/list_refusals.py --check    exit with 1 if the page is out of date
+    python scripts/list_refusals.py | grep photo             search the messages
+    python scripts/list_refusals.py --out docs/refusals.md   write the page (git ignores it)
 
 A refusal is the message of an `InputError`: it says what was given, what was expected and what to
-do next. The page adds the usual cause per topic. `tests/test_troubleshooting.py` compares the page
-with the code.
+do next. The page adds the usual cause per topic. It is read from the code, so it is never out of
+date.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import sys
 from collections.abc import Iterator
@@ -17,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "refusals.md"
 ERRORS = ("InputError", "UnknownActionError", "MissingDependencyError")
 """Classes whose messages are refusals."""
 GAP = "…"
@@ -29,7 +29,7 @@ HEAD = """# Refusals
 Every message with which a2v refuses an input, by topic. The command line prints one line and exits with code 2;
 the page shows the same line. Each message says what was given, what was expected and what to do next.
 `…` stands for a value of your input. The sentences that a2v prints about a *finished* result are in
-[troubleshooting](troubleshooting.md). This page is written by `python scripts/list_refusals.py`.
+[troubleshooting](troubleshooting.md). `python scripts/list_refusals.py` makes this page from the code.
 """
 
 
@@ -188,7 +188,7 @@ def topic_of(name: str) -> Topic:
 
 
 def page() -> str:
-    """The text of docs/refusals.md."""
+    """The text of the page."""
     found: dict[str, set[str]] = {topic.title: set() for topic in TOPICS}
     for folder in ("a2v", "pipelines", "export"):
         for path in sorted((ROOT / folder).rglob("*.py")):
@@ -203,11 +203,15 @@ def page() -> str:
     return "\n".join(parts)
 
 
-def main() -> None:
-    """Write the page, or compare it."""
-    if "--check" in sys.argv[1:]:
-        sys.exit(PAGE.read_text(encoding="utf-8") != page())
-    PAGE.write_text(page(), encoding="utf-8")
+def main(words: list[str] | None = None) -> None:
+    """Print the page, or write it."""
+    parser = argparse.ArgumentParser(description="List every message with which a2v refuses.")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the page here")
+    out = parser.parse_args(words).out
+    if out is None:
+        sys.stdout.write(page())
+    else:
+        out.write_text(page(), encoding="utf-8")
 
 
 if __name__ == "__main__":

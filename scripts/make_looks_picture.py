@@ -17,7 +17,7 @@ from a2v.animation import deform
 from a2v.io import atomic_path
 from a2v.rendering import LOOKS, CameraPath, Renderer, contact_sheet, follow_cameras, read_look
 from a2v.types import Character, RenderSettings
-from pipelines.engine.progress import Bars
+from pipelines.bar import Bars
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Poses
 from pipelines.requests.video import video_parameters

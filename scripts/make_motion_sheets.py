@@ -30,7 +30,7 @@ from a2v.motion.timeline import Take
 from a2v.rendering.lighter import lighter
 from a2v.rendering.preview import preview_surface
 from a2v.types import Character, Surface
-from pipelines.engine.progress import Bars
+from pipelines.bar import Bars
 from pipelines.engine.store import Store
 from pipelines.requests.video import video_parameters
 from pipelines.run import run

@@ -1,11 +1,10 @@
-"""Make ``docs/images/page.webp`` and ``docs/images/walk.webp``: the page of ``a2v serve`` at work.
+"""Make ``docs/images/page.webp``: the page of ``a2v serve`` at work.
 
     python scripts/make_page_film.py [--photo P] [--cache FOLDER] [--folder KEEP]
 
 Chromium uses the page as `benchmarks.first_use` does: it opens the page, chooses the photo of the
 sample person and presses "Make the video". ``page.webp`` shows the page during that time, faster
-than it was. ``walk.webp``, the first picture of the README, is the video that this use has made.
-Without remembered results it takes minutes. The photo is rendered from an avatar: nobody real.
+than it was. Without remembered results it takes minutes. The photo is rendered from an avatar: nobody real.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from playwright.sync_api import Page, sync_playwright
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from a2v.rendering import probe_video, read_video, write_webp  # noqa: E402
+from a2v.rendering import write_webp  # noqa: E402
 from a2v.types import ByteArray  # noqa: E402
 from benchmarks.first_use import FLAGS, LIMIT, SAMPLE, serving, use  # noqa: E402
 from tests.support.page import find_browser  # noqa: E402
@@ -106,18 +105,6 @@ def write_small(path: Path, frames: list[ByteArray], fps: float) -> None:
     print(f"{path}: {len(frames)} frames, {path.stat().st_size / 1e6:.2f} MB, quality {quality}")
 
 
-def write_clip(path: Path, video: Path, width: int) -> None:
-    """Write a video as an animated picture of a width, at half of its frames."""
-    info = probe_video(video)
-    size = (width, round(info.height * width / info.width))
-    frames = [
-        np.asarray(Image.fromarray(frame).resize(size, Image.Resampling.LANCZOS))
-        for index, frame in enumerate(read_video(video))
-        if index % 2 == 0
-    ]
-    write_small(path, frames, info.fps / 2)
-
-
 def center(page: Page, selector: str) -> tuple[float, float]:
     """Return the middle of an element in pixels of the window."""
     box = page.locator(selector).bounding_box()
@@ -127,14 +114,13 @@ def center(page: Page, selector: str) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Use the page, write both pictures, and print the measurements."""
+    """Use the page, write the picture, and print the measurements."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--photo", type=Path, default=SAMPLE)
     parser.add_argument("--cache")
     parser.add_argument("--folder", type=Path, help="folder of the page, to be kept")
-    parser.add_argument("--width", type=int, default=1000, help="of walk.webp, pixels")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as other:
         folder = given.folder or Path(other) / "page"
@@ -162,8 +148,6 @@ def main() -> None:
                 page.wait_for_timeout(150)
             browser.close()
         write_small(IMAGES / "page.webp", film.frames(clicks), FPS)
-        [video] = folder.glob("jobs/*/video.mp4")
-        write_clip(IMAGES / "walk.webp", video, given.width)
 
 
 if __name__ == "__main__":  # worker processes import this file again

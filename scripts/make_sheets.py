@@ -35,7 +35,7 @@ from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
 from a2v.rendering import Framing, Renderer, contact_sheet, follow_cameras
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Character, PhotoCamera, RenderSettings, Subject, Surface
-from pipelines.engine.progress import Bars
+from pipelines.bar import Bars
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Poses
 from pipelines.requests.video import video_parameters

@@ -1,7 +1,8 @@
 """Print the requirements in pyproject.toml, one per line: pip checks hashes of these, but not of a
 folder (``-e .``).
 
-    python scripts/requirements.py dev dask         # and what these extras need
+    python scripts/requirements.py dev dask           # and what these extras need
+    python scripts/requirements.py --locked dev dask  # the same as versions with hashes, for uv
 
 Needs nothing but pip.
 """
@@ -39,6 +40,29 @@ def requirements(project: Mapping[str, Any], extras: Sequence[str]) -> list[str]
     return found
 
 
-if __name__ == "__main__":
+def plain(name: str) -> str:
+    """The name of a package as indexes write it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def locked(wanted: Sequence[str], lock: str) -> list[str]:
+    """Return the entries of ``constraints.lock`` (versions and hashes) of the wanted packages."""
+    names = {plain(re.split(r"[^\w.-]", line)[0]) for line in wanted}
+    entries = re.findall(r"^[\w.-]+==.*\\\n(?:    .*\n)+", lock, flags=re.MULTILINE)
+    return [entry for entry in entries if plain(entry.split("==")[0]) in names]
+
+
+def main() -> None:
+    """Print the requirements."""
+    extras = [word for word in sys.argv[1:] if word != "--locked"]
     known = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    print("\n".join(requirements(known["project"], sys.argv[1:])))
+    found = requirements(known["project"], extras)
+    if "--locked" in sys.argv[1:]:
+        lock = (ROOT / "constraints.lock").read_text(encoding="utf-8")
+        print("".join(locked(found, lock)), end="")
+    else:
+        print("\n".join(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -13,6 +13,7 @@ from types import ModuleType
 import pytest
 
 from tests.support.commands import parsed
+from tests.support.examples import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -26,14 +27,6 @@ PAGES = [
 
 def each_page(pages: list[Path] = PAGES) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("page", pages, ids=lambda path: str(path.relative_to(ROOT)))
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    """The fenced blocks of a page in `language` ("" for those without a name)."""
-    found = re.findall(
-        r"^```(\w*)\n(.*?)^```$", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
-    )
-    return [text for name, text in found if name == language]
 
 
 def find(name: str) -> object:
@@ -100,6 +93,15 @@ def test_links_lead_somewhere(page):
     ]
     broken = [target for target in targets if target and not (page.parent / target).exists()]
     assert not broken, f"{page.relative_to(ROOT)} links to {', '.join(broken)}, which is not there"
+
+
+def test_the_readmes_pictures_are_small_and_every_picture_of_the_docs_is_shown():
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    shown = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert shown
+    assert not [name for name in shown if (ROOT / name).stat().st_size > 300_000]
+    pictures = {path.name for path in (ROOT / "docs" / "images").iterdir()}
+    assert {name for name in pictures if name not in text} == set()
 
 
 @each_page()

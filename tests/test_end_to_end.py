@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -91,9 +92,13 @@ def test_every_promised_file_is_there_and_the_path_comes_last(made):
 def test_the_character_moves_in_its_page_before_the_frames_are_traced(made):
     out, result = made
     said = f"the moving character can be seen in {out / 'preview.html'}"
-    assert said in result.stderr
-    assert "frame: " not in result.stderr[: result.stderr.index(said)]
-    assert "frame: " in result.stderr
+    lines = result.stderr.splitlines()
+    assert "frames " not in result.stderr[: result.stderr.index(said)]
+    assert re.match(
+        r"made in \d+ (s|min): video.mp4, front.mp4, left.mp4, character.glb", lines[-2]
+    )
+    assert lines[-1] == f"in {out}"
+    assert len(lines) < 40
 
 
 def test_the_videos_have_the_asked_size_length_and_speed(made):
@@ -203,18 +208,6 @@ def test_a_run_of_only_one_node_stops_there(made, tmp_path):
     assert Subject.load(tmp_path / "subject.npz").image.ndim == 3
 
 
-def test_the_person_steps_out_of_the_photo(made, tmp_path):
-    from a2v.rendering import read_video
-
-    execute(tmp_path / "out", "--background", "photo", "--from-photo", "--views", "front")
-    frames = np.stack(list(read_video(tmp_path / "out" / "photo.mp4"))).astype(float)
-    photo = np.asarray(Image.open(SAMPLE).resize((SIZE, SIZE), Image.Resampling.BOX), float)
-    assert frames.shape == (FRAMES, SIZE, SIZE, 3)
-    assert np.abs(frames[0] - photo).mean() < 6  # it begins as the photo, person and all
-    behind = np.median(photo.reshape(-1, 3), axis=0)
-    assert np.abs(photo - behind).mean() > 12  # and the person is not nothing
-
-
 def test_a_recorded_motion_moves_the_character(made, tmp_path):
     execute(tmp_path / "o", "--motion", made[0] / "motion.bvh")
     told = report(tmp_path / "o")
@@ -263,7 +256,7 @@ def start(
         text=True,
         preexec_fn=listen,
     )
-    deadline = time.monotonic() + 240
+    deadline = time.monotonic() + 480  # a busy machine
     while count(cache, node) < before + until:
         assert process.poll() is None, process.communicate()[1]
         assert time.monotonic() < deadline
@@ -286,44 +279,36 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     assert (frame["calls"], frame["remembered"]) == (20, kept)
 
 
-def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(
-    copied_store, tmp_path
-):
-    """As above, of another shape: 62 pixels, which no tile divides, and the photo cut so that it is
-    higher than wide."""
-    from a2v.rendering import probe_video
+def test_a_killed_run_out_of_the_photo_goes_on_with_pictures_of_an_odd_size(copied_store, tmp_path):
+    """As above, of another shape and backend: 62 pixels, which no tile divides, and the photo cut
+    so that it is higher than wide. The person steps out of it."""
+    from a2v.rendering import read_video
 
     cut = tmp_path / "high.png"
     with Image.open(SAMPLE) as whole:
         wide = whole.width // 6
         whole.crop((wide, 0, whole.width - wide, whole.height)).save(cut)
-    extra = ("--background", "photo", "--views", "front", "--size", 62)
+    extra = ["--background", "photo", "--from-photo", "--views", "front", "--size", 62]
+    extra += ["--backend", "body-prior"]
     before = count(copied_store, "photo_frame")
     process = start(tmp_path / "o", copied_store, 2, *extra, node="photo_frame", photo=cut)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     kept = settled_count(copied_store, "photo_frame") - before
     assert 2 <= kept < 10
-    execute(
-        tmp_path / "o",
-        "--cache",
-        copied_store,
-        "--seed",
-        5,
-        "--frames",
-        10,
-        "--spp",
-        64,
-        *extra,
-        photo=cut,
-    )
+    same = ["--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64]
+    execute(tmp_path / "o", *same, *extra, photo=cut)
     nodes = report(tmp_path / "o")["nodes"]
     assert (nodes["photo_frame"]["calls"], nodes["photo_frame"]["remembered"]) == (10, kept)
-    made = probe_video(tmp_path / "o" / "photo.mp4")
-    assert made.frames == 10
-    assert made.height == 62
-    assert made.width % 2 == 0
-    assert made.width < made.height
+    frames = np.stack(list(read_video(tmp_path / "o" / "photo.mp4"))).astype(float)
+    number, height, width, _ = frames.shape
+    assert (number, height, width % 2) == (10, 62, 0)
+    assert width < height
+    with Image.open(cut) as picture:
+        photo = np.asarray(picture.resize((width, height), Image.Resampling.BOX), float)[..., :3]
+    assert np.abs(frames[0] - photo).mean() < 6  # it begins as the photo, person and all
+    behind = np.median(photo.reshape(-1, 3), axis=0)
+    assert np.abs(photo - behind).mean() > 12  # and the person is not nothing
 
 
 def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):

@@ -16,7 +16,7 @@ from a2v.rendering.page import page_of
 from pipelines.batch.results import write_tables
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
-from tests.support.browser import LOCAL, SOFTWARE, chromium
+from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
 from tests.support.glb import glb
 from tests.support.motions import person
 from tests.support.page import Server, arrived
@@ -51,6 +51,7 @@ def look(browser: Browser) -> Callable[[str, str], list[str]]:
 
     def opened(address: str, selector: str) -> list[str]:
         context = browser.new_context()
+        calm(context)
         page, errors = context.new_page(), list[str]()
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("dialog", lambda box: errors.append(box.message))

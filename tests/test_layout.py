@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
@@ -42,3 +44,28 @@ def test_shared_makers_rely_on_the_library_and_on_each_other_alone():
             for name in imported_modules(path)
             if name.split(".")[0] == "tests" and name.split(".")[1:2] != ["support"]
         ], path
+
+
+def test_commands_of_the_laboratory_are_tested_in_its_folder():
+    """`make test-product` leaves out folders, so that no list can go stale."""
+    commands = {path.stem for path in (FOLDER.parent / "pipelines" / "lab").glob("*.py")}
+    assert not [
+        path.name
+        for path in FOLDER.glob("test_*_command.py")
+        if path.stem.removeprefix("test_").removesuffix("_command") in commands
+    ]
+    make = (FOLDER.parent / "Makefile").read_text(encoding="utf-8")
+    assert "--ignore=tests/lab --ignore=tests/export" in make
+
+
+def test_the_slow_files_begin():
+    """Workers take files in this order."""
+    slow = (FOLDER / "slow.txt").read_text(encoding="utf-8")
+    names = [line.split()[0] for line in slow.splitlines() if not line.startswith("#")]
+    assert [name for name in names if not (FOLDER.parent / name).exists()] == []
+    files = ["tests/test_digest.py", "tests/test_docs.py"]
+    assert [name in names for name in files] == [False, True]
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-o", "addopts=-q", *files]
+    done = subprocess.run(command, cwd=FOLDER.parent, capture_output=True, text=True, timeout=120)
+    found = [line.split(":")[0] for line in done.stdout.splitlines() if "::" in line]
+    assert list(dict.fromkeys(found)) == files[::-1], done.stdout + done.stderr

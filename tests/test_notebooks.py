@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from pathlib import Path
 
 import jupytext
+import numpy as np
 import pytest
+from PIL import Image
+
+from scripts.make_notebooks import (
+    NOTEBOOK_BYTES,
+    PICTURE_BYTES,
+    VIEW_BYTES,
+    WIDGET,
+    encoded,
+    shrink,
+    smaller,
+)
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
@@ -32,5 +46,39 @@ def test_the_copy_is_executed_without_errors_and_small(source):
     assert not [
         output for cell in cells for output in cell.outputs if output.output_type == "error"
     ]
-    assert any("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs)
-    assert path.stat().st_size < 5_000_000
+    shown = [output.get("data", {}) for cell in cells for output in cell.outputs]
+    pictures = [
+        text for data in shown for kind, text in data.items() if kind in ("image/png", "image/jpeg")
+    ]
+    assert pictures
+    assert max(map(len, pictures)) <= PICTURE_BYTES, "run make notebooks"
+    assert not [data for data in shown if WIDGET in data]
+    assert path.stat().st_size <= NOTEBOOK_BYTES, "run make notebooks"
+
+
+def test_a_large_picture_becomes_small_and_keeps_its_content():
+    noise = np.random.default_rng(0).integers(0, 255, (300, 400, 3)).astype(np.uint8)
+    noise[:, :200] = (200, 30, 30)
+    text, kind = smaller(encoded(Image.fromarray(noise), "png"), 40_000)
+    assert len(text) <= 40_000
+    with Image.open(io.BytesIO(base64.b64decode(text))) as picture:
+        assert picture.format.lower() == kind
+        shown = np.asarray(picture.convert("RGB")).astype(float)
+    assert shown.shape[1] / shown.shape[0] == pytest.approx(4 / 3, abs=0.02)
+    left = shown[:, : shown.shape[1] // 2 - 8]
+    assert np.abs(left.mean(axis=(0, 1)) - (200, 30, 30)).max() < 8
+    same = encoded(Image.fromarray(noise[:20, :20]), "png")
+    assert smaller(same, 40_000) == (same, "png")
+
+
+def test_views_widgets_and_bars_are_left_out_of_a_stored_copy():
+    bar = {"data": {WIDGET: {}, "text/plain": "frame 0% | | 0/3"}}
+    chooser = {"data": {WIDGET: {}, "text/plain": "interactive"}}
+    line = {"output_type": "stream", "name": "stderr", "text": ["\r 3 % frames 1 of 9  "]}
+    view = {"data": {"text/html": ["x" * (VIEW_BYTES + 1)]}}
+    notebook = {"metadata": {"widgets": {}}, "cells": [{"outputs": [bar, line, chooser, view]}]}
+    shrink(notebook)
+    first, second = notebook["cells"][0]["outputs"]
+    assert first == {"data": {"text/plain": "interactive"}}
+    assert "0.2 MB" in second["data"]["text/html"]
+    assert notebook["metadata"] == {}

@@ -72,7 +72,6 @@ OUR_OWN = {
 """What opens files by itself, and why: nobody else can put another file there."""
 TO_STDOUT = {
     "pipelines/cli.py": "answers of commands, through `printable` or as ASCII JSON",
-    "pipelines/engine/run.py": "what a library has printed, through `printable`",
     "pipelines/commands/serve.py": "the address of the page",
     "a2v/io.py": "`say`",
 }

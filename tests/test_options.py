@@ -14,8 +14,9 @@ import pytest
 
 from a2v.body import FitSettings
 from a2v.errors import InputError
-from pipelines.cli import available, every_command, load_command, main
+from pipelines.cli import available, every_command, load_command, main, module_of
 from pipelines.options import actions_of, flag, group, option, parse, settings
+from tests.support.examples import PAGES
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = every_command()
@@ -118,6 +119,10 @@ def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeyp
     short = shown(capsys, *name.split(), "--help")
     users = shown(capsys, *name.split(), "--help-all") if "--help-all" in short else short
     whole = shown(capsys, *name.split(), "--help-lab") if "--help-lab" in users else users
+    headings = re.findall(r"^\S.*:$", whole, re.MULTILINE)
+    assert len(headings) == len(set(headings))
+    if module_of(name).startswith("pipelines.commands"):
+        assert not re.search(r"Eq\. ?\d|`|\ba2v\.[a-z]+\.", users), "the help names the code"
     assert len(short) <= len(users) <= len(whole)
     assert "examples:" in short
     assert not re.search(r"--[\w.-]*_", whole), "names have hyphens"
@@ -185,37 +190,6 @@ def test_training_has_a_command_for_each_kind_of_model(capsys):
     assert options_of("train flow", *common, "--guided_until", "0.5").guided_until == 0.5
     with pytest.raises(InputError, match="guided"):
         options_of("train motion", *common, "--guided-until", "0.5")
-
-
-def command_lines(text: str) -> list[str]:
-    """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
-    text = re.sub(r"\\\n\s*", " ", text)
-    blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    found = [
-        line.strip().removeprefix("$ ")
-        for kind, block in blocks
-        if kind != "python"
-        for line in block.splitlines()
-    ]
-    found += re.findall(
-        r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
-    )
-    return [line for line in found if re.match(r"a2v \w", line)]
-
-
-def examples_of(name: str) -> list[str]:
-    return [
-        line.strip()
-        for line in load_command(name).EXAMPLES.splitlines()
-        if line.startswith("  a2v ")
-    ]
-
-
-PAGES = {
-    path.relative_to(ROOT).as_posix(): command_lines(path.read_text())
-    for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"))
-}
-PAGES |= {f"a2v {name} --help": examples_of(name) for name in COMMANDS}
 
 
 @pytest.mark.parametrize("page", [page for page, lines in PAGES.items() if lines])

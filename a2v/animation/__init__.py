@@ -2,7 +2,7 @@
 
 from a2v.animation.arap import ArapDeformer, ArapResult, DeformSettings
 from a2v.animation.bind import BindSettings, bind, skin_of
-from a2v.animation.canonical import standing_body, standing_character
+from a2v.animation.canonical import photographed_character, standing_body, standing_character
 from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
@@ -37,6 +37,7 @@ __all__ = [
     "engine_ready",
     "express",
     "load_rig",
+    "photographed_character",
     "prepare_rig",
     "put_rig_in_place",
     "retarget",

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from a2v.animation.deform import blended_matrices, deform
 from a2v.errors import InputError
 from a2v.types import Body, Character, Surface
 
@@ -63,4 +64,37 @@ def standing_character(surface: Surface, body: Body) -> Character:
         anchors=standing.anchors,
         parts=standing.parts,
         provenance={"bind": {"character": "canonical"}},
+    )
+
+
+def photographed_character(character: Character, body: Body) -> Character:
+    """Put a character into the pose of the photo, and bind it there.
+
+    Parameters
+    ----------
+    character : Character
+        Made from `body`; one that is bound in the photo's pose stays as it is.
+    body : Body
+        Fitted to the photo.
+
+    Returns
+    -------
+    Character
+        In the world of the photo's camera: that sees it as in the photo. Clips deform it less well
+        than the character at rest.
+
+    Raises
+    ------
+    InputError
+        The body has other bones.
+    """
+    surface = character.surface
+    face = surface.face
+    if face is not None:
+        turns = blended_matrices(character, body.bone_transforms)[face.vertices, :, :3]
+        offsets = np.einsum("vab,vb->va", turns, face.offsets.astype(np.float64))
+        face = dataclasses.replace(face, offsets=offsets.astype(np.float32))
+    vertices = deform(character, body.bone_transforms)
+    return dataclasses.replace(
+        character, surface=dataclasses.replace(surface, vertices=vertices, face=face), body=body
     )

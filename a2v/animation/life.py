@@ -39,8 +39,8 @@ class LifeSettings:
     Attributes
     ----------
     hands : str
-        A pose of `HAND_POSES` for both hands, or "auto": a pose that suits the action
-        (``hands.csv``). "rest" keeps fingers in the rest pose.
+        Pose of both hands: "rest", "relaxed", "flat", "grip", "hold", "fist", "point" or
+        "graceful"; "auto" chooses one that suits the action (``hands.csv``).
     palms : bool
         Turn the forearms so that the palms of hanging arms face the thighs.
     gaze : float

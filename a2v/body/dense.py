@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.places import canonical_places
+from a2v.geometry.neighbors import shares_around
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import BodyMap, FloatArray, IntArray
 
@@ -21,9 +22,6 @@ _HEAD = np.arange(LANDMARK_INDEX["mouth_right"] + 1)
 _ELSEWHERE = 0.03
 """Distance between the two estimates of a nearby landmark at which a pixel's weight is one half,
 relative to the height."""
-
-_AROUND = 3
-"""Number of vertices that share the place of a pixel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +103,7 @@ def gather_dense(
     if unseen is not None:
         deep[np.isin(beside, unseen)] = 0.0
     canonical = canonical_places()
-    nearest, shares = _around(canonical.places, found.places[rows, columns])
+    nearest, shares = shares_around(canonical.places, found.places[rows, columns])
     used, chosen = np.unique(nearest, return_inverse=True)
     return DenseEvidence(
         vertex_ids=canonical.vertex_ids[used],
@@ -118,18 +116,3 @@ def gather_dense(
         * agreed
         / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )
-
-
-def _around(points: FloatArray, wanted: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the `_AROUND` nearest of `points` (m, 3) to each `wanted` (n, 3), and their shares.
-
-    The shares are Shepard's, with the support of Franke and Nielson (1980): they are continuous,
-    also where another point becomes one of the nearest.
-    """
-    from scipy.spatial import cKDTree
-
-    gaps, nearest = cKDTree(points).query(wanted, k=_AROUND + 1)
-    gaps = np.maximum(gaps, 1e-9)
-    far = gaps[:, -1:]
-    shares = ((far - gaps[:, :-1]) / (far * gaps[:, :-1])) ** 2
-    return nearest[:, :-1], shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-30)

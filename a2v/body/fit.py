@@ -239,7 +239,7 @@ class Fit:
 
     def to_surface(self, unknowns: Unknowns, surface: Surface, camera: PhotoCamera) -> FitResult:
         """Fit to keypoints and surface, in the surface's frame (Eq. 15)."""
-        samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
+        samples = SurfaceSamples.build(surface, camera, self.evidence)
         objective = Objective(self.model, self.evidence, self.settings, surface=samples)
         unknowns.fix_camera(camera)
         # "during the first two iterations we only consider the joints and the pose regularization"

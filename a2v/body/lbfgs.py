@@ -93,6 +93,7 @@ def minimize(
     history: int,
     tolerance: float = 1e-9,
     metric: Metric | None = None,
+    gradient: float = GRADIENT,
 ) -> float:
     """Lower `loss` in place by at most `steps` iterations.
 
@@ -108,8 +109,9 @@ def minimize(
     tolerance : float
         Stop when a step changes neither the loss nor any unknown by more.
     metric : Metric, optional
-        Of about the same objective at about the same place. With it, the usual stop is a gradient
-        below `GRADIENT`.
+        Of about the same objective at about the same place.
+    gradient : float
+        With a metric, the usual stop: the largest component of the gradient is below it.
 
     Returns
     -------
@@ -127,7 +129,7 @@ def minimize(
         [own],
         max_iter=steps,
         history_size=history,
-        tolerance_grad=1e-7 if metric is None else GRADIENT,
+        tolerance_grad=1e-7 if metric is None else gradient,
         tolerance_change=tolerance,
         line_search_fn="strong_wolfe",
     )

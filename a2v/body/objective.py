@@ -13,7 +13,7 @@ from a2v.body import terms as term
 from a2v.body.anny import AnnyModel
 from a2v.body.collision import limb_balls
 from a2v.body.evidence import Evidence
-from a2v.body.lbfgs import Metric, metric_of, minimize
+from a2v.body.lbfgs import GRADIENT, Metric, metric_of, minimize
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.settings import FitSettings
@@ -53,7 +53,7 @@ _SOLES = [
 ]
 
 
-FAR = 0.5
+FAR = 2.0
 """Change of an unknown in a round, in units of the metric, after which the metric is computed
 again."""
 
@@ -390,7 +390,13 @@ class Objective:
         return metric_of(partial(self._loss, unknowns, stage), self._free(unknowns, stage))
 
     def minimize(
-        self, unknowns: Unknowns, steps: int, *, stage: Stage, metric: Metric | None = None
+        self,
+        unknowns: Unknowns,
+        steps: int,
+        *,
+        stage: Stage,
+        metric: Metric | None = None,
+        gradient: float = GRADIENT,
     ) -> float:
         """Lower the objective by at most `steps` iterations of L-BFGS; return the largest change of
         an unknown in the coordinates of `metric`, which is computed here by default."""
@@ -400,6 +406,7 @@ class Objective:
             steps=steps,
             history=20,
             metric=metric or self.metric(unknowns, stage=stage),
+            gradient=gradient,
         )
 
     def minimize_angles(
@@ -437,8 +444,13 @@ class Rounds:
             self.objective.renew(self.unknowns, self.stage)
             if change > FAR:
                 metric = self.objective.metric(self.unknowns, stage=self.stage)
+            # Correspondences that still change are not worth an exact minimum.
             change = self.objective.minimize(
-                self.unknowns, self.settings.steps, stage=self.stage, metric=metric
+                self.unknowns,
+                self.settings.steps,
+                stage=self.stage,
+                metric=metric,
+                gradient=max(GRADIENT, 0.03 * min(change, 10.0)),
             )
             yield done
             if change < self.settings.tolerance:

@@ -16,10 +16,10 @@ LEAST_DISTANCE = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """Settings of `fit_body`. Lengths called *relative* are fractions of the person's height.
+    """Settings of the fit of the body to the photo.
 
-    The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py``
-    measure their effect.
+    Lengths called *relative* are fractions of the person's height. The defaults were chosen by
+    hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py`` measure their effect.
 
     Attributes
     ----------

@@ -248,11 +248,12 @@ def depths_agree(depths: Tensor, expected: Tensor, *, weights: Tensor, height: f
 
 
 def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float) -> Tensor:
-    """Eq. 17: penalize the distance of the matched vertices (n, 3) to the surface, within 1 cm.
+    """Eq. 17: penalize the distance of the body, whose matched vertices are at (m, 3), from the
+    surface, within 1 cm.
 
     A match may slide along the surface.
     """
-    gap = vertices - matches.points
+    gap = matches.matched(vertices) - matches.points
     across = (gap * matches.normals).sum(-1).square()
     square = across + 0.1 * (gap.square().sum(-1) - across)
     penalty = matches.weights * geman_mcclure(square, robust)

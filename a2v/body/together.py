@@ -118,9 +118,7 @@ class _Together:
             sample = (
                 None
                 if surfaces is None
-                else SurfaceSamples.build(
-                    surfaces[number], fit.camera, evidence, seed=settings.seed
-                )
+                else SurfaceSamples.build(surfaces[number], fit.camera, evidence)
             )
             parts.append(Fit(model, evidence, settings, lambda done, total: None))
             objectives.append(Objective(model, evidence, share, surface=sample))

@@ -89,7 +89,7 @@ class MotionModel:
 
     @property
     def digest(self) -> Digest:
-        """SHA-256 of the file."""
+        """Digest of the file."""
         return file_digest(self.path)
 
     @functools.cached_property
@@ -395,7 +395,5 @@ class MotionModel:
             skeleton=self.skeleton.name,
             action=",".join(names),
             seed=seed,
-            provenance={
-                "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,
-            },
+            provenance={"model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance},
         )  # fmt: skip

@@ -110,7 +110,9 @@ class MotionPlan:
         """The matches as text, one line per step."""
         told = explain(self.matches)
         names = [
-            self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source)
+            NAMES.get(step.source, step.source)
+            if self.model is None
+            else NAMES.get(self._model_name, self.model.path.stem)
             for step in self.steps
         ]
         weak = weaknesses()

@@ -295,6 +295,6 @@ def explain(matches: Sequence[Match]) -> list[str]:
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
-        near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 else ""
+        near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 and match.others else ""
         lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}")
     return lines

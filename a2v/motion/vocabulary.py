@@ -60,6 +60,9 @@ action."""
 DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
 """Smallest weight of a word of a name that is neither a tempo nor a particle."""
+NEAR = 0.2 * DESCRIPTION_SHARE
+"""Score above which an action is suggested: it has a word of the text, or a fifth of its trigrams.
+"""
 OFFERED = 5
 """Number of actions that a refusal suggests."""
 
@@ -72,14 +75,16 @@ class UnknownActionError(InputError):
     text : str
         The words.
     nearest : tuple of str
-        The nearest actions, best first.
+        The nearest actions, best first; empty if none has a score above `NEAR`.
     """
 
     def __init__(self, text: str, nearest: Sequence[str]) -> None:
-        super().__init__(
-            f"'{shorten(text, 80)}' is none of the actions that are known; the nearest are "
-            f"{', '.join(nearest)}"
+        hint = (
+            f"the nearest {'are' if nearest[1:] else 'is'} {', '.join(nearest)}"
+            if nearest
+            else "describe it in English words, or choose one from the list: a2v actions"
         )
+        super().__init__(f"'{shorten(text, 80)}' is none of the actions that are known; {hint}")
         self.text, self.nearest = text, tuple(nearest)
 
 
@@ -289,11 +294,11 @@ class Vocabulary:
         Raises
         ------
         UnknownActionError
-            No action is similar enough. The message names the five nearest.
+            No action is similar enough. The message names up to five that are near.
         """
         plain = {plain_name(action): action for action in reversed(self.actions)}
         ranked = self.rank(text, without)
-        others = tuple(action for action, _ in ranked[: OFFERED + 1])
+        others = tuple(action for action, share in ranked[: OFFERED + 1] if share > NEAR)
         if plain_name(text) in plain and not without:
             action = plain[plain_name(text)]
             return Match(

@@ -65,7 +65,7 @@ class ColorSettings:
         Width and height of the texture, texels; 0 for vertex colors only.
     synthesis : bool
         Continue visible cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`);
-        otherwise use Eq. 14 only.
+        otherwise continue the colors of the nearest vertices only (Eq. 14).
     delight : bool
         Remove the shading of the photo from its colors (`a2v.reconstruction.shading`), so that they
         can be lit again.

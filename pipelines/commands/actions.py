@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
+from a2v.io import shorten
 from a2v.motion.catalog import LICENSES, NAMES, SOURCES, Catalog, catalog
 from a2v.motion.clips import SOURCE as CLIPS
-from a2v.motion.plan import AUTO
-from a2v.motion.vocabulary import Vocabulary
+from a2v.motion.plan import AUTO, plan_motion
+from a2v.motion.vocabulary import NEAR, UnknownActionError, Vocabulary
 from pipelines.answer import Answer
 from pipelines.options import option
 from pipelines.requests.motion import MODEL, open_model
@@ -18,7 +18,7 @@ EXAMPLES = """examples:
   a2v actions
   a2v actions --license free                     without sources that are for research only
   a2v actions --model humanact12
-  a2v actions --find "sneaking thief"            how a2v understands these words, and the nearest actions"""
+  a2v actions --find "sneaking thief"            what motion makes of these words, and the nearest actions"""
 
 
 # : Maximum number of actions that --find lists.
@@ -42,14 +42,13 @@ def run(options: Options) -> Answer:
     """List all names, or those nearest to the given words."""
     if options.model not in (AUTO, CLIPS):
         card = open_model(options.model).card
-        found: Sequence[str] = (
-            _nearest(Vocabulary.of(card), options.find) if options.find else card.actions
-        )
-        return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
+        if options.find:
+            return _found(options, Vocabulary.of(card))
+        names = list(card.actions)
+        return Answer(text="\n".join(names), facts={"model": options.model, "actions": names})
     known = catalog(options.license, SOURCES if options.model == AUTO else (CLIPS,))
     if options.find:
-        found = _nearest(known.vocabulary, options.find)
-        return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
+        return _found(options, known.vocabulary)
     told = {
         entry.name: {"theme": entry.theme, "source": entry.sources[0], "license": entry.license}
         | ({"note": entry.note} if entry.note else {})
@@ -60,8 +59,25 @@ def run(options: Options) -> Answer:
     )
 
 
-def _nearest(vocabulary: Vocabulary, text: str) -> list[str]:
-    return [name for name, score in vocabulary.rank(text)[:SHOWN] if score > 0]
+def _found(options: Options, vocabulary: Vocabulary) -> Answer:
+    """Tell how `a2v motion` understands the words, and list the nearest actions.
+
+    Raises
+    ------
+    InputError
+        No action is near.
+    """
+    try:
+        told = plan_motion(options.find, model=options.model, license=options.license).lines()
+    except UnknownActionError as error:
+        if not error.nearest:
+            raise
+        told = [f"'{shorten(error.text, 80)}' is none of the actions that are known"]
+    names = [name for name, score in vocabulary.rank(options.find)[:SHOWN] if score > NEAR]
+    return Answer(
+        text="\n".join([*told, "the nearest actions:", *(f"  {name}" for name in names)]),
+        facts={"model": options.model, "actions": names, "understood": told},
+    )
 
 
 def _listed(known: Catalog) -> str:

@@ -36,7 +36,7 @@ EXAMPLES = """examples:
     anna.jpg,Walk,4                  - {photo: ben.jpg, action: "Walk,Jump", views: front, frames: 120}
     ben.jpg,"Walk,Jump",
 
-Columns are name and the options of a2v video that this help shows. The folder gets one folder a job (what a2v video writes, and
+Columns are name and the options of a2v video that this help shows. The folder gets one folder per job (what a2v video writes, and
 job.json), results.csv and index.html. A failed job does not stop the others. The same command continues an interrupted run."""
 
 TABLES_EVERY = 30.0

@@ -13,7 +13,6 @@ from a2v.animation import DeformSettings
 from a2v.errors import InputError
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_glb, write_morph_glb
-from a2v.formats.gltf.vrm import EDITIONS
 from a2v.formats.registry import (
     CHARACTER_FORMATS,
     readable_motions,
@@ -30,11 +29,18 @@ from pipelines.engines import EngineOptions
 from pipelines.inputs import RunOptions, check_writable
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option, settings
+from pipelines.poses import AT_REST, PoseOptions
 from pipelines.requests.film import FilmRequest
-from pipelines.requests.motion import CarryOptions, EditOptions, LengthOptions, MotionRequest
+from pipelines.requests.motion import (
+    ACTION,
+    CarryOptions,
+    EditOptions,
+    LengthOptions,
+    MotionRequest,
+)
 from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import VideoRequest
-from pipelines.rigs import RigOptions, check_avatar, write_avatar
+from pipelines.rigs import AVATAR, AvatarOptions, RigOptions, write_avatar
 
 HELP = "Make one character file with several actions from a photo: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
@@ -47,13 +53,10 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
-  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   each frame of Eq. 20, as a morph target
+  a2v character --photo me.jpg --actions Walk --exact --out me.glb                   the video's own vertices, without bones
 
 Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
-
-AVATAR = ".vrm"
-"""Suffix of a VRM file."""
 
 FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
 """Suffixes of --out: character files, and a page that shows the character."""
@@ -65,28 +68,22 @@ class Options:
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
-    actions: str = option(
-        "actions of the model, separated by commas; each becomes a clip", default=""
-    )
+    action: str = option(ACTION, default="")
+    actions: str = option("actions, separated by commas; each becomes a clip", default="")
     motions: str = option(
         f"motion files, separated by commas ({readable_motions(', ')}); each becomes a clip",
         default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
-    edits: EditOptions = group(EditOptions)
-    carrying: CarryOptions = group(CarryOptions)
+    edits: EditOptions = group(EditOptions, "the motions")
+    carrying: CarryOptions = group(CarryOptions, "the motions")
     no_props: bool = flag("leave out the steps, ladder or bar of clips that climb", rare=True)
-    exact: bool = flag("write each frame of Eq. 20 as a morph target of a .glb, without bones")
+    exact: bool = flag(
+        "write the video's own vertices, each frame as a morph target of a .glb, without bones"
+    )
+    posing: PoseOptions = group(PoseOptions, "exported files")
     rigging: RigOptions = group(RigOptions, "exported files")
-    author: str = option("author of the avatar; a .vrm requires it", default="")
-    license_url: str = option(
-        "address of the license of the avatar; a .vrm requires it", default="", metavar="URL"
-    )
-    vrm: str = option(
-        "edition of a .vrm; 0.x for VSeeFace and other programs that do not read 1.0",
-        default="1.0",
-        choices=EDITIONS,
-    )
+    avatar: AvatarOptions = group(AvatarOptions, "exported files")
     deform: DeformSettings = settings(DeformSettings, users=("method",))
     engines: EngineOptions = group(EngineOptions, "exported files")
     running: RunOptions = group(RunOptions, "execution")
@@ -101,14 +98,9 @@ class Options:
 def run(options: Options) -> Answer:
     """Make the character and its clips."""
     path = Path(options.out)
-    avatar = avatar_of(
-        path,
-        options.rigging,
-        author=options.author,
-        license_url=options.license_url,
-        edition=options.vrm,
-    )
+    avatar = avatar_of(path, options.rigging, options.avatar)
     wanted = _wanted(options, path)
+    options.posing.check_rig(path, options.rigging)
     options.engines.check(path)
     motions = {name: options.motion(name, file) for name, file in wanted.items()}
     animated = animate(
@@ -118,6 +110,7 @@ def run(options: Options) -> Answer:
         deform=options.deform if options.exact else None,
         folder=path.parent,
         no_props=options.no_props,
+        posing=options.posing,
     )
     if options.exact:
         name, written = next(iter(wanted)), [path]
@@ -126,7 +119,8 @@ def run(options: Options) -> Answer:
         )
     else:
         written = write_animated(path, animated, options.rigging, options.engines, avatar)
-    return Answer(files=written, notes=animated.notes, facts={"clips": list(animated.clips)})
+    facts = {"clips": list(animated.clips), **animated.facts}
+    return Answer(files=written, notes=animated.notes, facts=facts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,6 +138,8 @@ class Animated:
     props : Props
         Steps, ladders and bars of the clips in which the person climbs.
     notes : list of str
+    facts : dict
+        What ``--json`` tells of the photo's camera, for the pose of the photo.
     """
 
     character: Character
@@ -152,6 +148,7 @@ class Animated:
     exact: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
     props: Props = field(default_factory=lambda: Props.of([]))
     notes: list[str] = field(default_factory=list)
+    facts: Mapping[str, object] = field(default_factory=dict)
 
 
 def animate(
@@ -162,6 +159,7 @@ def animate(
     deform: DeformSettings | None,
     folder: Path,
     no_props: bool = False,
+    posing: PoseOptions = AT_REST,
 ) -> Animated:
     """Make the character of a person with clips by name, each the same as in the video.
 
@@ -186,17 +184,17 @@ def animate(
         list[str](),
     )
     solids = dict[str, Props]()
-    character, exact = None, np.zeros((0, 0, 3), np.float32)
+    exact = np.zeros((0, 0, 3), np.float32)
     for name, resolved in asked.items():
         kept = (
             "engine_character" if deform is None else "character"
         )  # Exact vertices are those of the character without simplification.
         outcome = running.run(
-            [kept, "poses", *(["vertices"] if deform else ["props"])],
+            [kept, "poses", *(["vertices"] if deform else ["props"]), *posing.targets],
             resolved.parameters,
             graph=resolved.graph,
         )
-        character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
+        poses = outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
         if deform is None:
             solids[name] = outcome.get("props", Props)
@@ -205,14 +203,14 @@ def animate(
                 [store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]]
             )
         notes += [text for text in outcome.notes if text not in notes]
-    assert character is not None
     return Animated(
-        character=character,
+        character=posing.posed(outcome, kept),
         clips=clips,
         expressions=expressions,
         exact=exact,
         props=Props.of_clips(solids),
         notes=notes,
+        facts=posing.facts(outcome),
     )
 
 
@@ -251,27 +249,24 @@ def write_animated(
     return engines.write(path, person, write)
 
 
-def avatar_of(
-    path: Path, rigging: RigOptions, *, author: str, license_url: str, edition: str = EDITIONS[0]
-) -> VrmMeta | None:
+def avatar_of(path: Path, rigging: RigOptions, avatar: AvatarOptions) -> VrmMeta | None:
     """Return the description that a ``.vrm`` holds; None for other files.
 
     Raises
     ------
     InputError
-        No format has this suffix, or a ``.vrm`` cannot have the rig.
+        No format has this suffix, or see `AvatarOptions.meta`.
     """
     if path.suffix.lower() != AVATAR:
         writer_of(path, FORMATS)
-        return None
-    check_avatar(rigging)
-    return VrmMeta(name=path.stem, author=author, license_url=license_url, edition=edition)
+    return avatar.meta(path, rigging)
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     """Return the clips to make by name: None for an action of the model, else a motion file."""
     wanted: dict[str, str | None] = {}
-    asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
+    actions = [*filter(None, [options.action.strip()]), *_listed(options.actions)]
+    asked: list[tuple[str, str | None]] = [(name, None) for name in actions]
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
         if name in wanted:
             raise InputError(
@@ -280,8 +275,8 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
         wanted[name] = file
     if not wanted:
         raise InputError(
-            "no clip given; name actions with --actions (a2v actions lists them) or files with "
-            "--motions"
+            "no clip given; name one with --action, several with --actions (a2v actions lists "
+            "them), or files with --motions"
         )
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError(

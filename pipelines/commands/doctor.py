@@ -13,7 +13,7 @@ EXAMPLES = """examples:
   a2v doctor
   a2v doctor --json
 
-Each part "works", is "slow" (works, but could be faster), "missing" (optional) or "fails" (a video needs it; the exit code is 2)."""
+Each part "works", is "slow" (works, but could be faster), "optional" (not installed, and no video needs it) or "fails" (a video needs it; the exit code is 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)

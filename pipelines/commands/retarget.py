@@ -51,15 +51,13 @@ class Options:
     character: str = option("your character: a skinned .glb, .vrm or .fbx", metavar="FILE")
     out: str = option("file to write, with the same suffix as --character")
     action: str = option(ACTION, default="")
-    actions: str = option(
-        "actions of the model, separated by commas; each becomes an animation", default=""
-    )
+    actions: str = option("actions, separated by commas; each becomes an animation", default="")
     motions: str = option(
         f"motion files, separated by commas ({readable_motions(', ')}); each becomes an animation",
         default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
-    edits: EditOptions = group(EditOptions)
+    edits: EditOptions = group(EditOptions, "the motions")
     raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
     retarget: RetargetSettings = settings(
         RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "life")

@@ -118,7 +118,7 @@ def compute() -> None:
     """Run as a child process of the page: make videos and files with the commands' functions."""
     from pipelines.commands import character, video
     from pipelines.engines import EngineOptions
-    from pipelines.rigs import RigOptions
+    from pipelines.rigs import AvatarOptions, RigOptions
     from pipelines.serve.worker import main
 
     def make(request: VideoRequest, out: str, running: RunOptions) -> Answer:
@@ -136,7 +136,7 @@ def compute() -> None:
         request: VideoRequest, clip: str, target: Path, rig: str, running: RunOptions
     ) -> list[Path]:
         rigging = RigOptions(rig=rig)
-        avatar = character.avatar_of(target, rigging, author="", license_url="")
+        avatar = character.avatar_of(target, rigging, AvatarOptions())
         animated = character.animate(
             request.person, {clip: request.motion}, running, deform=None, folder=target.parent
         )

@@ -33,7 +33,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
-The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
+The folder gets video.mp4 (the views side by side), one MP4 per view, character.glb, motion.bvh, motion.npz, preview.html
 (a double click shows the character, turnable, beside the video) and report.json.
 Run again after an interruption: finished frames are remembered. Another action for the same photo reuses the character."""
 
@@ -146,6 +146,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     options.running.tell_times(outcome)
     if not written:
         raise InputError(f"the node {options.only} has no result to write")
+    options.running.tell_made([*written, report], outcome.seconds)
     return Answer(
         files=[*written, report],
         text=str(written[0]),

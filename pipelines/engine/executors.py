@@ -21,8 +21,8 @@ from typing import Any, Literal
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.io import discard_unfinished, shorten
-from a2v.processes import safe_children, start_fork_server
-from a2v.system import core_count, start_method
+from a2v.processes import safe_children, worker_context
+from a2v.system import core_count
 from pipelines.engine.closure import top_folder
 
 ExecutorName = Literal["serial", "local", "dask", "ray"]
@@ -137,12 +137,20 @@ class LocalExecutor(Executor):
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._pool: ProcessPoolExecutor | None = None
+        self._stopped = False
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Give the call to a worker."""
+        if self._stopped:
+            raise CancelledError
         if self._pool is None:
             self._pool = _start_pool(self._workers)
         return self._pool.submit(function, *args, **kwargs)
+
+    def stop(self) -> None:
+        """End the workers immediately and refuse further calls; may be called from any thread."""
+        self._stopped = True
+        self.shutdown(cancel_futures=True)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers; with `cancel_futures` immediately, also those that are busy."""
@@ -164,12 +172,10 @@ class LocalExecutor(Executor):
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
-    import multiprocessing
-
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)  # The fork server gives its environment to every worker.
     try:
-        start_fork_server()
+        context = worker_context()
     finally:
         for name, value in before.items():
             if value is None:
@@ -179,7 +185,7 @@ def _start_pool(workers: int) -> ProcessPoolExecutor:
     given = {name: os.environ[name] for name in _HANDED_DOWN if name in os.environ}
     return ProcessPoolExecutor(
         workers,
-        mp_context=multiprocessing.get_context(start_method()),
+        mp_context=context,
         initializer=_start_worker,
         initargs=(given,),
     )

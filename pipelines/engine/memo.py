@@ -239,6 +239,9 @@ def size_of(result: Any) -> list[int]:
 # --- what a running node reports
 
 _events: contextvars.ContextVar[str] = contextvars.ContextVar("events", default="")
+_check: contextvars.ContextVar[Callable[[], None]] = contextvars.ContextVar(
+    "check", default=lambda: None
+)
 _node: contextvars.ContextVar[_Running | None] = contextvars.ContextVar("node", default=None)
 
 
@@ -269,8 +272,19 @@ def events_in(folder: str) -> Iterator[None]:
         _events.reset(token)
 
 
+@contextlib.contextmanager
+def stopped_by(check: Callable[[], None]) -> Iterator[None]:
+    """Call `check` at every report of a node of this thread; it raises to stop the run."""
+    token = _check.set(check)
+    try:
+        yield
+    finally:
+        _check.reset(token)
+
+
 def emit(**event: Any) -> None:
     """Append one line to this process's event file of the run; without a run do nothing."""
+    _check.get()()
     if folder := _events.get():
         path = os.path.join(folder, f"{os.getpid()}.jsonl")  # noqa: PTH118
         with contextlib.suppress(OSError), open(path, "a", encoding="utf-8") as stream:

@@ -1,16 +1,14 @@
-"""Show progress bars from the events of nodes (`pipelines.engine.memo.emit`), wherever they run."""
+"""Follow the events of nodes (`pipelines.engine.memo.emit`), wherever they run."""
 
 from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import timedelta
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -72,11 +70,16 @@ Listener = Callable[[Update], None]
 
 
 class Monitor:
-    """Collects the events of a run and passes them on; reads only new ones."""
+    """Collects the events of a run and passes them on; reads only new ones.
+
+    An exception of the listener stops the run: it is kept in `stopped`, and `stop` is called.
+    """
 
     def __init__(self, graph: Graph, folder: Path, listener: Listener | None) -> None:
         self.stats: dict[str, NodeStats] = {}
-        self._folder, self._listener = folder, listener
+        self.stopped: BaseException | None = None
+        self.stop: Callable[[], object] = lambda: None
+        self.folder, self._listener = folder, listener
         self._steps = {step.node.name: step for step in graph}
         self._read: dict[str, int] = {}
         self._sizes: dict[str, int] = {}
@@ -88,7 +91,7 @@ class Monitor:
             self._poll()
 
     def _poll(self) -> None:
-        for entry in sorted(self._folder.glob("*.jsonl")):
+        for entry in sorted(self.folder.glob("*.jsonl")):
             with open(entry, "rb") as stream:
                 stream.seek(self._read.get(entry.name, 0))
                 data = stream.read()
@@ -123,9 +126,18 @@ class Monitor:
             stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]
             stats.measures |= event["measures"] or {}
             self._sizes |= dict(zip(step.axes, event["size"], strict=False))
-        if self._listener is not None:
+        if self._listener is not None and self.stopped is None:
             total = prod(self._sizes.get(axis, 0) for axis in step.axes) if step.fans_out else 1
-            self._listener(Update(name, stats.calls, total, part))
+            try:
+                self._listener(Update(name, stats.calls, total, part))
+            except BaseException as error:
+                self.stopped = error
+                self.stop()
+
+    def check(self) -> None:
+        """Raise the exception with which the listener has stopped the run, if it has."""
+        if self.stopped is not None:
+            raise self.stopped
 
 
 @contextlib.contextmanager
@@ -147,94 +159,28 @@ def watching(monitor: Monitor, interval: float = 0.2) -> Iterator[None]:
         monitor.poll()
 
 
-def about(left: float | None) -> str:
-    """Return the remaining time as text after a comma; empty if it is unknown."""
-    return "" if left is None else f", about {timedelta(seconds=round(left))} left"
+def duration(seconds: float) -> str:
+    """Return a time in words: ``"40 s"``, ``"3 min"``, ``"1.5 h"``."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-class Pace:
-    """Estimates the remaining time from the times at which calls ended.
-
-    The first calls do not count: in them workers start and build their scenes.
-    """
-
-    def __init__(self, skip: int = 4) -> None:
-        self._skip = skip
-        self._from: tuple[int, float] | None = None
-
-    def left(self, done: int, total: int, now: float) -> float | None:
-        """Return the seconds until `total` calls are done if `done` are done at time `now`.
-
-        None while that is unknown.
-        """
-        if self._from is None:
-            if done >= self._skip:
-                self._from = done, now
-            return None
-        calls, since = self._from
-        return None if done <= calls else (now - since) / (done - calls) * max(total - done, 0)
+MOST_RISE = 1.1
+"""Factor by which a shown time may exceed the shortest one that was shown before."""
 
 
-class Bars:
-    """A tqdm bar per node on standard error with the remaining time.
+class Steady:
+    """Bounds an estimate of the remaining time: what is shown never rises by more than a tenth."""
 
-    Without a terminal it prints plain lines.
-    """
+    def __init__(self) -> None:
+        self._shortest = float("inf")
 
-    def __init__(self, *, quiet: bool = False) -> None:
-        self._bars: dict[str, Any] = {}
-        self._quiet = quiet
-        self._said: dict[str, float] = {}
-        self._paces: dict[str, Pace] = {}
-
-    def __call__(self, update: Update) -> None:
-        """Draw an update."""
-        if self._quiet or (update.total == 0 and update.done == 0):
-            return
-        left = (
-            None
-            if update.part
-            else self._paces.setdefault(update.node, Pace()).left(
-                update.done, update.total, time.monotonic()
-            )
-        )
-        if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
-            self._line(update, left)
-            return
-        from tqdm.auto import tqdm
-
-        bar = self._bars.get(update.node)
-        if bar is None:
-            form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}{postfix}"
-            bar = self._bars[update.node] = tqdm(
-                total=max(update.total, 1),
-                desc=update.node,
-                bar_format=form,
-                leave=True,
-                mininterval=0.2,
-            )
-        bar.set_postfix_str(about(left).removeprefix(", "), refresh=False)
-        bar.total = max(update.total, 1)
-        bar.n = min(update.done + update.part * (update.done < bar.total), bar.total)
-        bar.refresh()
-
-    def _line(self, update: Update, left: float | None) -> None:
-        now = time.monotonic()
-        if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
-            self._said[update.node] = -1.0
-            say(f"{update.node}: {update.done}/{update.total}")
-        elif (
-            update.done < update.total
-            and update.done
-            and now - self._said.setdefault(update.node, now) > 10
-        ):
-            self._said[update.node] = now
-            say(f"{update.node}: {update.done}/{update.total}{about(left)}")
-
-    def close(self) -> None:
-        """Close the bars."""
-        for bar in self._bars.values():
-            bar.close()
+    def __call__(self, seconds: float) -> float:
+        """Return the seconds to show for an estimate."""
+        shown = min(seconds, MOST_RISE * self._shortest)
+        self._shortest = min(self._shortest, shown)
+        return shown
 
 
 class Lasting:
@@ -244,6 +190,7 @@ class Lasting:
         self._name, self._total, self._quiet = name, total, quiet
         self._said = 0.0
         self._live = sys.stderr.isatty()
+        self._steady = Steady()
 
     def __enter__(self) -> Lasting:
         return self
@@ -259,7 +206,7 @@ class Lasting:
             return
         self._said = now
         text = (
-            f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left"
+            f"{self._name}: {done}/{self._total}, about {duration(self._steady(seconds))} left"
             + (f" ({more})" if more else "")
         )
         if self._live:

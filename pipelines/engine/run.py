@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import io
+import dataclasses
 import os
 import shutil
 import tempfile
@@ -17,7 +17,12 @@ from typing import Any
 
 from a2v.errors import A2VError, InputError, printable
 from a2v.system import WINDOWS, lock
-from pipelines.engine.executors import ExecutorName, SerialExecutor, open_executor
+from pipelines.engine.executors import (
+    ExecutorName,
+    LocalExecutor,
+    SerialExecutor,
+    open_executor,
+)
 from pipelines.engine.graph import (
     Graph,
     build,
@@ -27,7 +32,7 @@ from pipelines.engine.graph import (
     needed_for,
     outputs_of,
 )
-from pipelines.engine.memo import events_in
+from pipelines.engine.memo import events_in, stopped_by
 from pipelines.engine.progress import Listener, Monitor, NodeStats, peak_family_memory, watching
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import LostObjectError, R, Store
@@ -102,7 +107,8 @@ def run(
     overrides : outputs given from outside, by name; the steps that make them are dropped
     fresh : outputs that are computed even when they are remembered
     start : output that is computed again with everything that depends on it
-    progress : called with an `Update` while nodes run
+    progress : called with an `Update` while nodes run; an exception that it raises stops the run,
+    at the next report of the running node, and is raised again
     early : outputs that are computed first, in this order, each with a function. It is called with
     the outcome so far when the output is computed
     params : the graph's inputs
@@ -113,65 +119,86 @@ def run(
         An unknown target, parameter or override (it names the nearest), or a missing parameter; and
         what nodes raise.
     """
-    store, overrides = store or Store(), dict(overrides or {})
-    targets = (target,) if isinstance(target, str) else tuple(target)
-    known = outputs_of(graph)
-    check_names(
-        graph,
-        [*targets, *(early or {}), *overrides, *fresh, *([start] if start else [])],
-        known,
-        "node",
-    )
-    check_names(graph, params, inputs_of(graph), "parameter")
-    early = early or {}
-    steps = needed_for(graph, [*targets, *early], overrides)
-    if missing := [
-        name for name in inputs_of(steps) if name not in params and name not in overrides
-    ]:
-        raise InputError(
-            f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} "
-            f"{', '.join(missing)}; give a value"
-        )
-    anew = set(fresh) | (downstream_of(graph, start) if start else set())
-    inputs = {
-        name: value for name, value in {**params, **overrides}.items() if name in inputs_of(steps)
-    }
-    values: dict[str, Any] = {name: value for name, value in overrides.items() if name in targets}
-
+    store = store or Store()
+    asked = _Asked(
+        graph=graph,
+        targets=(target,) if isinstance(target, str) else tuple(target),
+        params=params,
+        overrides=overrides or {},
+        early=early or {},
+        anew=set(fresh) | ({start} if start else set()),
+    ).checked(start)
     clock = time.perf_counter()
     with _event_folder(store) as events, peak_family_memory() as peak:
         monitor = Monitor(graph, events, progress)
-        with watching(monitor):
+        with watching(monitor), stopped_by(monitor.check):
             for last in (*[False] * (ATTEMPTS - 1), True):
                 with (
-                    _tolerate_loss(last),
+                    _tolerate_loss(last, monitor),
                     open_executor(executor, workers=workers, address=address) as pool,
                 ):
-                    done = dict[str, Any]()  # no later part of the run computes these again
-                    for name, tell in early.items():
-                        leg = needed_for(graph, [name], {**overrides, **done})
-                        done |= _map(leg, {**inputs, **done}, pool, store, events, anew)
-                        monitor.poll()
-                        tell(
-                            Outcome(
-                                {**overrides, **done},
-                                monitor.stats,
-                                time.perf_counter() - clock,
-                                0,
-                                store,
-                            )
-                        )
-                    done |= _map(
-                        needed_for(graph, targets, {**overrides, **done}),
-                        {**inputs, **done},
-                        pool,
-                        store,
-                        events,
-                        anew,
-                    )
-                    values |= done
+                    if isinstance(pool, LocalExecutor):
+                        monitor.stop = pool.stop
+                    values = _compute(asked, pool, store, monitor, clock)
                     break
+        monitor.check()
         return Outcome(values, monitor.stats, time.perf_counter() - clock, peak(), store)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asked:
+    """The arguments of `run` that say what to compute."""
+
+    graph: Graph
+    targets: Sequence[str]
+    params: Mapping[str, Any]
+    overrides: Mapping[str, Any]
+    early: Early
+    anew: set[str]
+
+    def checked(self, start: str | None) -> _Asked:
+        """Return the same with what depends on `start` in `anew`.
+
+        Raises
+        ------
+        InputError
+            An unknown name, or a missing parameter.
+        """
+        named = [*self.targets, *self.early, *self.overrides, *self.anew]
+        check_names(self.graph, named, outputs_of(self.graph), "node")
+        check_names(self.graph, self.params, inputs_of(self.graph), "parameter")
+        steps = needed_for(self.graph, [*self.targets, *self.early], self.overrides)
+        given = {**self.params, **self.overrides}
+        if missing := [name for name in inputs_of(steps) if name not in given]:
+            raise InputError(
+                f"{', '.join(self.targets)} needs the parameter{'s' * (len(missing) > 1)} "
+                f"{', '.join(missing)}; give a value"
+            )
+        anew = self.anew | (downstream_of(self.graph, start) if start else set())
+        return dataclasses.replace(self, anew=anew)
+
+
+def _compute(
+    asked: _Asked, pool: Executor, store: Store, monitor: Monitor, clock: float
+) -> dict[str, Any]:
+    """Compute the early outputs and then the targets; return the values by name."""
+    done = dict[str, Any]()  # no later part of the run computes these again
+
+    def add(targets: Sequence[str]) -> None:
+        known = {**asked.overrides, **done}
+        steps = needed_for(asked.graph, targets, known)
+        given = {**asked.params, **known}
+        inputs = {name: given[name] for name in inputs_of(steps)}
+        done.update(_map(steps, inputs, pool, store, monitor.folder, asked.anew))
+
+    for name, tell in asked.early.items():
+        add([name])
+        monitor.poll()
+        seconds = time.perf_counter() - clock
+        tell(Outcome({**asked.overrides, **done}, monitor.stats, seconds, 0, store))
+    add(asked.targets)
+    given = {name: value for name, value in asked.overrides.items() if name in asked.targets}
+    return given | done
 
 
 Early = Mapping[str, Callable[[Outcome], None]]
@@ -179,25 +206,33 @@ Early = Mapping[str, Callable[[Outcome], None]]
 
 
 @contextlib.contextmanager
-def _tolerate_loss(last: bool) -> Iterator[None]:
-    """Ignore a dead worker or a lost value, unless this is the `last` attempt."""
+def _tolerate_loss(last: bool, monitor: Monitor) -> Iterator[None]:
+    """Ignore a dead worker or a lost value, unless this is the `last` attempt or the listener has
+    stopped the run."""
     try:
         yield
-    except LostObjectError:
-        if last:
+    except BaseException as error:
+        monitor.check()
+        if not isinstance(error, LostObjectError | BrokenProcessPool):
             raise
-    except BrokenProcessPool:
         if last:
-            raise A2VError(
-                f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because "
-                "it ran out of memory; finished results are kept: run again with fewer "
-                "--workers or a smaller --size"
-            ) from None
+            raise _final(error) from None
+
+
+def _final(error: BaseException) -> BaseException:
+    """Return the error of the last attempt, in a sentence if a worker died."""
+    if isinstance(error, LostObjectError):
+        return error
+    return A2VError(
+        f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because it ran "
+        "out of memory; finished results are kept: run again with fewer --workers or a smaller "
+        "--size"
+    )
 
 
 def _map(
     steps: Graph,
-    known: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     pool: Executor,
     store: Store,
     events: Path,
@@ -205,7 +240,6 @@ def _map(
 ) -> dict[str, Any]:
     if not steps:
         return {}
-    inputs = {name: known[name] for name in inputs_of(steps)}
     pipeline = build(steps, store=store, events=str(events), fresh=anew)
     here = SerialExecutor()  # single nodes run in this process with all its threads
     executors: dict[Any, Executor] = {"": here}
@@ -215,20 +249,23 @@ def _map(
     sizes = {"": 1} | {
         step.output: step.together(inputs) for step in steps if step.fans_out and step.together
     }
-    said = (
-        io.StringIO()
-    )  # pipefunc prints debugging advice before a node's error if rich is installed
-    with contextlib.redirect_stdout(said):
-        results = pipeline.map(
-            dict(inputs),
-            executor=executors,
-            storage="dict",
-            chunksizes=sizes,
-            show_progress=False,
-            return_results=True,
-        )
-    print(printable(said.getvalue()), end="")
+    _leave_out_advice()
+    results = pipeline.map(
+        dict(inputs),
+        executor=executors,
+        storage="dict",
+        chunksizes=sizes,
+        show_progress=False,
+        return_results=True,
+    )
     return {name: results[name].output for name in results if name not in inputs}
+
+
+def _leave_out_advice() -> None:
+    """Keep pipefunc from printing debugging advice before a node's error if rich is installed."""
+    from pipefunc import _pipefunc_utils
+
+    _pipefunc_utils.is_installed = lambda name: False
 
 
 _NEW_SECONDS = 60.0

@@ -50,7 +50,8 @@ EXAMPLES = """examples:
   a2v compare --photo me.jpg --action Jump --methods pifu,warp --size 256 --survey survey.html --out sheet.html
   a2v compare --photo me.jpg --action Walk --methods pifu,liquid --liquid-generator net_epoch_30_id_G.pth --liquid-uv mapper.txt --fit.model SMPL.npz --out sheet.html
 
-Methods are the backends of a2v reconstruct, and three simpler ones for comparison: warp moves the photo's pixels with the posed body, in two dimensions; liquid is Liquid Warping GAN with your own
+Methods are the backends of a2v reconstruct, and three simpler ones for comparison: warp moves the
+photo's pixels with the posed body, in two dimensions; liquid is Liquid Warping GAN with your own
 files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the backend's
 surface the photo's colors in front and, mirrored, behind. --survey writes a page that asks people
 to rank the videos; a2v survey --analyze reads the answers."""

@@ -12,7 +12,7 @@ from pipelines.options import option, settings
 
 NAMES = (
     f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder "
-    "of BVH files an action)"
+    "of BVH files per action)"
 )
 
 

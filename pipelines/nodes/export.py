@@ -56,17 +56,6 @@ def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) 
 
 
 @memo()
-def still(engine_character: Ref[Character]) -> Ref[Blob]:
-    """Write one binary glTF in the photo's pose: textured and skinned."""
-    from a2v.formats.gltf import write_glb
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "character.glb"
-        write_glb(path, get(engine_character, Character), {})
-        return put(Blob.of(path.read_bytes()))
-
-
-@memo()
 def bvh(poses: Ref[Poses], body: Ref[Body]) -> Ref[Blob]:
     """Write the motion of the body's own rig as BVH."""
     from a2v.animation import rig_motion

@@ -34,8 +34,8 @@ class FilmRequest(Request):
     """Options for the look of frames."""
 
     views: str | None = option(
-        f"views, separated by commas: {', '.join(VIEWS)}, turntable, names in --camera (default: "
-        "four)",
+        f"views, separated by commas: {', '.join(VIEWS)}, turntable, or names in --camera "
+        "(default: the first four, or all of --camera)",
         default=None,
     )
     camera: str = option(

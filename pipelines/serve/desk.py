@@ -26,11 +26,11 @@ from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
 from pipelines.serve.arrivals import Arrivals
 from pipelines.serve.child import Child
-from pipelines.serve.clock import Times
 from pipelines.serve.owed import Owed
 from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
+from pipelines.serve.times import Times
 
 IDLE_SECONDS = 900.0
 """Seconds without a task after which a child process is ended to free its memory."""

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError, printable
 from a2v.io import atomic_path
+from pipelines.clock import STILL, Clock
 from pipelines.engine.executors import LocalExecutor, cpu_count
 from pipelines.engine.progress import Listener, Update
 from pipelines.inputs import RunOptions
 from pipelines.requests.video import VideoRequest, photo_parameters
-from pipelines.serve.clock import STILL, Clock
 from pipelines.serve.fitting import outline, saved
 from pipelines.serve.live_child import LIVE
 from pipelines.serve.records import MASK
@@ -227,7 +227,8 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     shown, last = list[str](), dict[str, object]()
 
     def hear(update: Update) -> None:
-        last.update(clock.take(update))
+        last.update(said := clock.take(update))
+        last["stage"] = str(said["stage"]).capitalize()
         tell({"progress": last | {"shown": shown}})
 
     def show(stage: str) -> None:

@@ -24,7 +24,7 @@ from a2v.motion.model import MotionModel as Model
 from a2v.motion.page import PACKAGES, page_graph, write_motion_page
 from a2v.motion.placement import place_on_ground
 from pipelines.cli import main
-from tests.support.browser import SOFTWARE, chromium
+from tests.support.browser import SOFTWARE, calm, chromium
 from tests.support.npm import npm_folder
 from tests.support.page import CONTRAST, NAMELESS
 
@@ -56,6 +56,7 @@ def visit(browser: Browser) -> Iterator[Callable[..., Page]]:
 
     def opened(path: Path, query: str = "", **how: Any) -> Page:
         page = browser.new_page(**how)
+        calm(page)
         page.on("request", lambda request: asked.append(request.url))
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda line: errors.append(line.text))

@@ -78,8 +78,11 @@ def test_tempo_that_no_action_has_is_kept(vocabulary: Vocabulary) -> None:
 
 
 def test_what_nobody_knows_is_refused_with_the_nearest(vocabulary: Vocabulary) -> None:
-    with pytest.raises(InputError, match=r"nearest are .*,.*,.*,.*,"):
-        parse_prompt("quantum chromodynamics", vocabulary)
+    with pytest.raises(InputError, match=r"nearest are .*[Jj]ump.*,"):
+        parse_prompt("jumble", vocabulary)
+    for strange in ("сидеть", "asdfgh"):
+        with pytest.raises(InputError, match="describe it in English words"):
+            parse_prompt(strange, vocabulary)
     with pytest.raises(InputError, match="empty part"):
         parse_prompt("walk,,jump", vocabulary)
     with pytest.raises(InputError, match="empty part"):

@@ -154,7 +154,9 @@ def test_what_cannot_be_is_said_before_anything_long_runs(me, walk, tmp_path):
         with pytest.raises(a2v.InputError):
             a2v.make_video(me, walk, **wrong)
     with pytest.raises(a2v.InputError, match="expected a name"):
-        me.save(tmp_path / "a.obj")
+        me.save(tmp_path / "a.stl")
+    with pytest.raises(a2v.InputError, match="expected a name"):
+        me.save(tmp_path / "a.obj", motions={"Walk": walk})
     with pytest.raises(a2v.InputError, match="nobody"):
         a2v.make_character(tmp_path / "nobody.jpg")
 

@@ -11,7 +11,8 @@ from tests.support.npm import npm_folder
 
 PACKAGE = "axe-core@4.14.1"
 WIDTHS = (320, 768, 1280)
-SCHEMES = ("light", "dark")
+LOOKS = {320: "light", 1280: "dark"}
+"""Color schemes by the width at which axe looks at them: colors do not depend on the width."""
 SERIOUS = ("serious", "critical")
 _RUN = """async () => (await axe.run(document, {iframes: false})).violations
   .map(found => [found.impact, found.id, found.nodes.map(node => `${node.html.slice(0, 160)} ${node.any.map(one => one.message).join("; ")}`).join(" | ")])"""

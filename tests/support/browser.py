@@ -15,12 +15,17 @@ from tests.support.npm import npm_folder
 from tests.support.page import find_browser
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 LOCAL = ", EXCLUDE 127.0.0.1"
 """Rule for `chromium` with which pages of this machine's server are found."""
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Flags with which WebGL runs without a graphics card."""
+CALM = """(() => {
+  const own = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = draw => own(() => setTimeout(() => draw(performance.now()), 700));
+})()"""
+"""Script: pages draw about once a second; WebGL without a graphics card takes all cores."""
 THREE_VRM = (
     "three@0.187.0",
     "@pixiv/three-vrm@3.5.5",
@@ -62,6 +67,11 @@ def chromium(*flags: str, exclude: str = "") -> Iterator[Browser]:
         opened = engine.chromium.launch(executable_path=find_browser(), args=[*flags, rules])
         yield opened
         opened.close()
+
+
+def calm(opened: Page | BrowserContext) -> None:
+    """Let the pages of a context, and the frames within them, draw seldom."""
+    opened.add_init_script(CALM)
 
 
 def told_by(script: str, given: dict[str, Any]) -> Any:

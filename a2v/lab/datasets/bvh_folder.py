@@ -29,8 +29,8 @@ class BVHFolderSettings:
     frames : int
         Length of the windows for training and evaluation; shorter clips hold their last pose.
     units : str
-        Unit of the files: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's height in
-        the first file.
+        Unit of the files: meters, centimeters, millimeters, inches or feet; "" guesses from the
+        person's height in the first file.
     up : str
         The files' upward axis: x, y, z, -x, -y or -z; "" guesses from the first file.
     """

@@ -7,8 +7,7 @@ from typing import TypeVar
 
 from a2v.errors import InputError
 from a2v.lab.studio.variation import SPLITS
-from a2v.processes import start_fork_server
-from a2v.system import start_method
+from a2v.processes import worker_context
 
 T = TypeVar("T")
 
@@ -47,13 +46,11 @@ def work_through(
             work(item)
             yield
         return
-    import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
-    # forkserver, because open3d starts threads
-    start_fork_server()
+    # the fork server, because open3d starts threads
     with ProcessPoolExecutor(
-        workers, mp_context=multiprocessing.get_context(start_method()), initializer=_use_one_thread
+        workers, mp_context=worker_context(), initializer=_use_one_thread
     ) as pool:
         try:
             for _ in pool.map(work, items, chunksize=together):

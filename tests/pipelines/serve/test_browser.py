@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect
 
 from a2v.perception import read_corrections
-from tests.support.browser import LOCAL, SOFTWARE, chromium
+from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
 from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -52,6 +52,7 @@ def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
 
     def opened(**how: Any) -> Page:
         context = browser.new_context(**how)
+        calm(context)
         contexts.append(context)
         page = context.new_page()
         page.on("request", lambda request: asked.append(request))

@@ -42,7 +42,8 @@ class BaselineSettings(RunSettings):
     Attributes
     ----------
     name : str
-        Name of the system, one of `a2v.lab.motion.baselines.NAMES`.
+        Name of the system: condgru, two-stage-gan, act-mocogan, dancing2music or
+        latent-transition.
     iterations : int
         Number of iterations; for systems with two stages, their sum.
     batch_size : int

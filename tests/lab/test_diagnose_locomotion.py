@@ -14,7 +14,7 @@ from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
 from tests.support.motions import waving
 
-PATH = Path(__file__).resolve().parents[1] / "scripts" / "diagnose_locomotion.py"
+PATH = Path(__file__).resolve().parents[2] / "scripts" / "diagnose_locomotion.py"
 
 
 @pytest.fixture(scope="module")

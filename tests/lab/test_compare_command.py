@@ -15,7 +15,7 @@ from a2v.lab.evaluation.survey_answers import analyze, read_key
 from pipelines.cli import main
 from tests.support.checkpoints import liquid_warping, saved, slab
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 METHODS = ("pifu", "body-prior", "papers", "warp", "liquid", "mirror")
 FRAMES, VIEWS = 2, ("front", "back")

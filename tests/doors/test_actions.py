@@ -1,0 +1,37 @@
+"""Every action of ``a2v actions`` goes through the whole graph, and into one file of clips."""
+
+from __future__ import annotations
+
+import pytest
+
+import a2v
+from a2v.samples.ready import PHOTO
+from pipelines.cli import main
+from tests.support.doors import ACTIONS, LENGTH, check_glb, go_through
+
+CHUNK = 16
+
+
+def test_there_are_256_actions(capsys):
+    assert main(["actions", "--json"]) == 0
+    assert len(ACTIONS) == len(set(ACTIONS)) == 256
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in ACTIONS)
+
+
+@pytest.mark.parametrize("start", range(0, 256, CHUNK))
+def test_python_takes_every_action_through_the_graph(start, small, store):
+    """`make_motion`, then the graph up to the vertices of each frame and the GLB."""
+    for name in ACTIONS[start : start + CHUNK]:
+        clip = a2v.make_motion(name, seconds=LENGTH, cache=store.folder)
+        assert clip.motion.action == name
+        go_through(clip, small, store)
+
+
+def test_one_character_file_holds_every_action(store, tmp_path):
+    """The command makes one clip of each action; poses are those of the other test."""
+    words = ["--photo", PHOTO, "--actions", ",".join(ACTIONS), "--seconds", LENGTH, "--quiet"]
+    size = ["--triangles", 2000, "--texture", 512, "--normal-map", 0, "--cache", store.folder]
+    target = tmp_path / "all.glb"
+    assert main([str(word) for word in ["character", *words, *size, "--out", target]]) == 0
+    assert check_glb(target.read_bytes()) == 256

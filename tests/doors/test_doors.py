@@ -1,0 +1,150 @@
+"""All doors take every action and 40 prompts, and mean the same by them; each door makes some."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import a2v
+from a2v.processes import python_command
+from a2v.samples.ready import PHOTO
+from pipelines.cli import main
+from pipelines.commands.serve import COMPUTE
+from tests.support.doors import (
+    ACTIONS,
+    LENGTH,
+    PROMPTS,
+    Asked,
+    by_character,
+    by_command,
+    by_page,
+    by_python,
+    by_table,
+    check_glb,
+    complete,
+    given,
+    go_through,
+    words_of,
+)
+
+EVERYTHING = [
+    *({"action": name, "seconds": LENGTH} for name in ACTIONS),
+    *map(complete, PROMPTS),
+]
+CHILDREN: tuple[Asked, ...] = (
+    {"action": "Wave"},
+    {"action": "Sit down"},
+    {"action": "Disco dance"},
+    {"action": "Walk"},
+    {"action": "drink_bottle_lefthand"},
+    {"action": "walk, then wave"},
+    {"action": "sneaking like a thief"},
+    {"action": "Walk", "path": "0,0 0,3"},
+    {"action": "Clap", "in_place": True},
+    {"action": "throw", "license": "free"},
+    {"action": "", "motion": "theirs.bvh"},
+)
+"""Prompts that child processes of ``a2v video`` make whole, with two small frames."""
+TINY = ["--frames", 2, "--views", "front", "--size", 64, "--spp", 1, "--denoise", "false"]
+
+
+def name_of(asked: Asked) -> str:
+    return " ".join(map(str, asked.values())).strip()
+
+
+def test_there_are_40_prompts():
+    assert len(PROMPTS) == len({json.dumps(one) for one in PROMPTS}) == 40
+
+
+@pytest.mark.parametrize("asked", PROMPTS, ids=name_of)
+def test_python_takes_every_prompt_through_the_graph(asked, small, store, here):
+    clip = a2v.make_motion(**complete(asked), cache=store.folder)
+    go_through(clip, small, store)
+
+
+def test_every_door_means_the_same(store, here):
+    """What is resolved equally is the same call of every node, so it has the same result.
+
+    ``a2v character`` takes all actions in one command, in ``test_actions.py``.
+    """
+    rows, taken = by_table(EVERYTHING, here), Counter[str]()
+    for asked, row in zip(EVERYTHING, rows, strict=True):
+        expected = given(by_python(asked), store)
+        doors = {"command": by_command(asked), "table": row, "page": by_page(asked)}
+        if asked["action"] not in ACTIONS:
+            doors["character"] = by_character(asked)
+        for door, request in doors.items():
+            if request is not None:
+                taken[door] += 1
+                assert given(request, store) == expected, (door, asked)
+    assert taken == {"command": 296, "table": 296, "page": 256 + 16, "character": 21}
+
+
+@pytest.mark.parametrize("asked", CHILDREN, ids=name_of)
+def test_the_command_line_makes_it(asked, store, here, tmp_path):
+    words = ["video", "--photo", PHOTO, *words_of(asked), *TINY, "--cache", store.folder]
+    words += ["--workers", 1, "--quiet", "--out", tmp_path]
+    done = subprocess.run(
+        python_command(
+            "from pipelines.cli import main; raise SystemExit(main())", *map(str, words)
+        ),
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "video.mp4").stat().st_size > 500
+    assert check_glb((tmp_path / "character.glb").read_bytes()) == 1
+
+
+def test_a_table_makes_them(store, here, tmp_path):
+    asked = [*CHILDREN[:3], *CHILDREN[5:9]]
+    by_table(asked, here)
+    words = ["batch", here / "jobs.csv", "--out", tmp_path, *TINY, "--cache", store.folder]
+    assert main([str(word) for word in [*words, "--executor", "serial", "--quiet"]]) == 0
+    glbs = sorted(tmp_path.glob("*/character.glb"))
+    assert len(glbs) == len(asked)
+    assert all(check_glb(path.read_bytes()) == 1 for path in glbs)
+
+
+def test_the_page_makes_them(store, tmp_path):
+    """The child process of ``a2v serve`` gets the tasks that the page sends."""
+    tasks = []
+    for number, action in enumerate(("Wave", "Disco dance", "walk, then wave", "Sit down")):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        said = {"action": action, "seconds": LENGTH, "views": ["front"], "size": 64, "spp": 1}
+        entries = {"folder": folder, "photo": PHOTO, "cache": store.folder}
+        task = {name: str(path) for name, path in entries.items()} | {"workers": 1}
+        task |= {"task": "video", "wish": said, "known": False, "times": {}}
+        tasks.append(task | {"corrections": None, "more": [], "clip": None})
+    process = subprocess.Popen(
+        python_command(COMPUTE), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    for task in tasks:
+        process.stdin.write(json.dumps(task) + "\n")
+        process.stdin.flush()
+        answers = (json.loads(line) for line in process.stdout)
+        answer = next(one for one in answers if "progress" not in one)
+        assert "done" in answer, answer
+        assert check_glb((Path(task["folder"]) / "character.glb").read_bytes()) == 1
+        assert (Path(task["folder"]) / "video.mp4").stat().st_size > 500
+    process.stdin.close()
+    process.wait(60)
+
+
+def test_python_makes_them(small, store, tmp_path):
+    clips = {
+        name: a2v.make_motion(name, seconds=LENGTH, cache=store.folder)
+        for name in ("Wave", "Walk", "walk, then wave")
+    }
+    assert check_glb(small.save(tmp_path / "a.glb", clips).read_bytes()) == 3
+    film = {"views": ["front"], "size": 64, "spp": 1, "denoise": False}
+    made = a2v.make_video(small, clips["Wave"], tmp_path / "a.mp4", **film)
+    assert made.stat().st_size > 500

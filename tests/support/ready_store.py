@@ -1,0 +1,52 @@
+"""A store that knows the ready person, so that every command has it without computing it."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from a2v.samples import load_ready_person
+from a2v.samples.ready import PHOTO
+from a2v.types import Reconstruction
+from pipelines.engine.graph import needed_for
+from pipelines.engine.memo import refs_within
+from pipelines.engine.store import Store
+from pipelines.graph import video_graph
+from pipelines.requests.video import photo_parameters
+
+UNUSED = ("surface", "surface_with_hands", "surface_with_face")
+"""Outputs that only steps read whose results the store knows too."""
+
+
+@cache
+def ready_folder() -> Path:
+    """Return the folder of a store that is filled, which all tests of a run share."""
+    return fill(Path(os.environ["A2V_CACHE"]) / "ready").folder
+
+
+def fill(folder: Path) -> Store:
+    """Write into the store what the pipeline makes of the sample photo at its defaults.
+
+    The calls are remembered under their own keys, so that child processes find them too.
+    """
+    store, ready = Store(folder), load_ready_person()
+    known: dict[str, Any] = dict(photo_parameters(store, PHOTO))
+    shape = Reconstruction(surface=ready.shaded_surface, backend="pifu")
+    made = {**ready.outputs, **dict.fromkeys(UNUSED, shape)}
+    refs = {name: store.put(value) for name, value in made.items()}
+    for step in needed_for(video_graph(), ["character", "shaded_surface"]):
+        given = {name: known[name] for name in inspect.signature(step.node.function).parameters}
+        result = tuple(refs[name] for name in step.outputs)
+        known |= dict(zip(step.outputs, result, strict=True))
+        facts = {"notes": [], "measures": {}, "seconds": 0.0}
+        store.remember(
+            step.node.name,
+            step.node.key(step.node.code(), (), given),
+            result if len(result) > 1 else result[0],
+            facts,
+            given=refs_within(given),
+        )
+    return store

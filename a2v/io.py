@@ -10,9 +10,9 @@ import csv
 import hashlib
 import json
 import os
-import re
 import reprlib
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,7 +21,8 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from a2v.errors import A2VError, InputError
+from a2v.errors import A2VError, InputError, printable
+from a2v.folders import make_folder
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
@@ -43,18 +44,19 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder cannot be created or written, or the disk is full.
+        The folder cannot be created or written, was removed (`make_folder`), or the disk is full.
     """
     target = Path(path)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         handle, name = tempfile.mkstemp(
             prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent
         )
         lock(handle)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:  # UnicodeError: half a character in the name
         raise InputError(
-            f"cannot write {target}: {error.strerror}; choose another output folder"
+            f"cannot write {target}: {getattr(error, 'strerror', None) or error}; choose another "
+            "output folder"
         ) from error
     temporary = Path(name)
     _UNFINISHED.add(temporary)
@@ -361,17 +363,12 @@ def brief(value: object) -> str:
         return f"a {type(value).__name__} of absurd size"
 
 
-_UNPRINTABLE = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
-)
-"""Control characters except tab and line feed, marks and overrides of the writing direction, and
-halves of surrogate pairs."""
+def say(text: str = "", *, end: str = "\n", first: str = "") -> None:
+    """Print `printable` text on standard error, after `first`, which may hold control characters.
 
-
-def printable(text: str) -> str:
-    """Return `text` safe for a terminal: control characters are written as escapes, so ESC becomes
-    ``\x1b``."""
-    return _UNPRINTABLE.sub(lambda found: ascii(found.group())[1:-1], text)
+    Nothing else in a2v writes there (`tests/test_one_way.py`).
+    """
+    print(f"{first}{printable(text)}", end=end, file=sys.stderr, flush=True)
 
 
 def sha256(data: bytes | str | os.PathLike[str]) -> str:
@@ -380,7 +377,7 @@ def sha256(data: bytes | str | os.PathLike[str]) -> str:
     if isinstance(data, bytes):
         digest.update(data)
     else:
-        with open(data, "rb") as stream:
+        with open_file(data) as stream:
             while block := stream.read(1 << 20):
                 digest.update(block)
     return digest.hexdigest()

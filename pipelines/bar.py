@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from a2v.io import say
 from a2v.types import Progress
 from pipelines.clock import Clock, stage_of
 from pipelines.engine.progress import Update, duration
@@ -99,4 +100,8 @@ class Bars:
 
     @staticmethod
     def _print(text: str) -> None:
-        print(text, end="", file=sys.stderr, flush=True)
+        say(
+            text.strip("\r\n"),
+            first="\r" * text.startswith("\r"),
+            end="\n" * text.endswith("\n") or "\r" * text.endswith("\r"),
+        )

@@ -32,8 +32,8 @@ from pathlib import Path
 from types import FrameType, ModuleType
 from typing import TYPE_CHECKING, TextIO
 
-from a2v.errors import A2VError, InputError
-from a2v.io import printable, shorten, user_cache_folder
+from a2v.errors import A2VError, InputError, printable
+from a2v.io import say, shorten, user_cache_folder
 from a2v.processes import import_folders, safe_children
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def _only_json(*, whole: bool) -> Iterator[None]:
 
 def _say(answer: Answer, arguments: Sequence[str], as_json: bool) -> None:
     for text in answer.notes:
-        print(f"note: {printable(text)}", file=sys.stderr)
+        say(f"note: {text}")
     text = answer.as_json(_command_name(arguments)) if as_json else printable(answer.for_people())
     if text:
         print(text)
@@ -237,7 +237,7 @@ def _fail(message: str, code: int, arguments: Sequence[str], as_json: bool) -> i
     sentence = printable(" ".join(message.split()))
     if len(sentence) > _LONGEST:  # It begins with the input and ends with the advice.
         sentence = f"{sentence[: _LONGEST // 2]} … {sentence[-_LONGEST // 2 :]}"
-    print(f"a2v: {sentence}", file=sys.stderr)
+    say(f"a2v: {sentence}")
     if as_json:
         print(_failure(arguments, sentence, code))
     return code

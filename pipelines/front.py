@@ -8,6 +8,7 @@ results are those of the commands (`pipelines.requests`, `pipelines.commands`).
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,7 +33,7 @@ from pipelines.outputs import made_motion, write_blob
 from pipelines.requests.file import FileRequest
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
-from pipelines.requests.person import PersonRequest
+from pipelines.requests.person import MOST_PHOTOS, PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 
 Where = str | os.PathLike[str]
@@ -242,7 +243,10 @@ def make_character(
         raise InputError(f"photos is {brief(photos)}; expected a list of paths")
     given = [
         path_given("photo", path, "the path of an image")
-        for path in (*(() if photo is None else (photo,)), *photos)
+        for path in (
+            *(() if photo is None else (photo,)),
+            *itertools.islice(photos, MOST_PHOTOS + 1),
+        )
     ]
     if not given:
         raise InputError("no photo given; name one, or several of the same person as photos=")

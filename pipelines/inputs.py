@@ -6,7 +6,6 @@ import contextlib
 import dataclasses
 import errno
 import os
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
-from a2v.io import clear_leftovers, read_bytes
+from a2v.io import clear_leftovers, read_bytes, say
 from a2v.types import RenderSettings
 from pipelines.engine.executors import EXECUTORS, ExecutorName
 from pipelines.engine.graph import Parameters
@@ -151,7 +150,7 @@ class RunOptions:
         from pipelines.report import table
 
         if self.verbose and not self.quiet:
-            print(table(outcome), file=sys.stderr)
+            say(table(outcome))
 
     def tell_made(self, written: Sequence[Path], seconds: float) -> None:
         """Print what was made, where, and in which time, on standard error, unless quiet."""
@@ -159,5 +158,5 @@ class RunOptions:
 
         if not self.quiet and written:
             names = ", ".join(path.name for path in written)
-            print(f"made in {duration(seconds)}: {names}", file=sys.stderr)
-            print(f"in {written[0].parent}", file=sys.stderr)
+            say(f"made in {duration(seconds)}: {names}")
+            say(f"in {written[0].parent}")

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2v.errors import InputError
-from a2v.io import claim, open_file, printable, read_bytes, read_npz, shorten
+from a2v.errors import InputError, printable
+from a2v.io import claim, open_file, read_bytes, read_npz, shorten
 from pipelines.cli import main
 
 

@@ -55,15 +55,13 @@ def plan_foot(
     rotmats, ankle = transforms[:, foot, :3, :3], transforms[:, foot, :3, 3] - up
     toe, offsets = rig.soles[side]  # in the foot's frame
     at_rest = offsets @ rig.rest[foot].T
-    bottom = at_rest[:, 1] < at_rest[:, 1].min() + 0.02
-    middle = 0.5 * (at_rest[:, 2].min() + at_rest[:, 2].max())
-    front, back = bottom & (at_rest[:, 2] > middle), bottom & (at_rest[:, 2] <= middle)
+    front, back = _halves(at_rest)
     ball = (
         rig.rest[foot].T @ (rig.joints[f"{side}_foot"] - rig.heads[foot])
         if f"{side}_foot" in rig.joints
         else offsets[front].mean(0)
     )
-    heel = offsets[np.where(bottom, at_rest[:, 2], np.inf).argmin()]
+    heel = offsets[np.where(back, at_rest[:, 2], np.inf).argmin()]
     sole = offsets @ np.swapaxes(rotmats, 1, 2) + ankle[:, None]
     ball_height = float((rig.rest[foot] @ ball)[1] - at_rest[:, 1].min())
     # toes bend: the ball of the foot counts, or the toes where they are lower
@@ -113,6 +111,26 @@ def plan_foot(
         rise=rise,
         height=lowest + move[:, 1],
     )
+
+
+def _halves(points: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Return which points (K, 3) of a foot at rest are the sole of its front and of its back half.
+
+    A foot that was saved on tiptoe touches the ground with one half. Of the other half the lowest
+    points count; a foot without length is its own front and back.
+    """
+    ahead = points[:, 2] > 0.5 * (points[:, 2].min() + points[:, 2].max())
+
+    def low(of: BoolArray) -> BoolArray:
+        found: BoolArray = of & (points[:, 1] < points[of, 1].min() + 0.02)
+        return found
+
+    bottom = low(np.ones(len(points), bool))
+    halves = []
+    for half in (ahead, ~ahead):
+        inside = bottom & half
+        halves.append(inside if inside.any() else low(half if half.any() else bottom))
+    return halves[0], halves[1]
 
 
 def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:

@@ -36,6 +36,8 @@ FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpeg,mpegts,asf,flv,mpegvid
 """Containers that are opened. Playlists are excluded because they name other files."""
 MOST_PIXELS = 8192 * 4608
 """Number of pixels of the largest frames that are decoded: 8K."""
+_FRAMES = {"max_pixels": str(MOST_PIXELS)}
+"""FFmpeg's option by which a codec refuses larger frames before it allocates them."""
 LEAST_SIDE = 64
 """Shorter side in pixels of the smallest frames that are decoded."""
 RATE = 30.0
@@ -188,7 +190,12 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
     with open_file(path) as stream:
         try:
             container = av.open(
-                stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"}
+                stream,
+                options={
+                    "format_whitelist": FORMATS,
+                    "protocol_whitelist": "none",
+                    **_FRAMES,  # of the codecs by which FFmpeg looks at the first frames
+                },
             )
         except av.EOFError:
             raise InputError(f"{source} has no frames, or is cut off; {_NOT}") from None
@@ -215,6 +222,7 @@ def _reel(source: str, container: Any) -> Reel:
         )
     _check_size(source, context.width, context.height)
     context.thread_count = 2
+    context.options = {**context.options, **_FRAMES}
     reel = Reel(
         source=source,
         width=context.width,
@@ -229,7 +237,7 @@ def _reel(source: str, container: Any) -> Reel:
     )
     first = _first_frame(container, stream)
     if first is None:
-        raise InputError(f"{source} has no frames that can be decoded; {_NOT}")
+        raise InputError(f"{source} has no frames that can be decoded, of at most 8K; {_NOT}")
     _check_size(source, first.width, first.height)
     reel._first = first
     reel.turned = int(first.rotation) % 360 if int(first.rotation) % 90 == 0 else 0

@@ -19,8 +19,9 @@ from pathlib import Path
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.formats.characters import Clips, Strengths
+from a2v.formats.fbx_bounds import check_fbx
 from a2v.formats.gltf import write_glb
-from a2v.io import atomic_path, shorten
+from a2v.io import atomic_path, read_bytes, shorten
 from a2v.npm import NpmPackages, find_node
 from a2v.props import Props
 from a2v.system import link_folder
@@ -39,7 +40,7 @@ SECONDS = 300
 """Time limit of a script, seconds."""
 MAX_BYTES = 256 << 20
 """Largest size of an FBX that is read, bytes."""
-HEAP_MB = 4096
+HEAP_MB = 2048
 """Memory limit of the scripts, MB."""
 _MAGICS = (b"Kaydara FBX Binary", b"; FBX")
 """First bytes of binary and of text files."""
@@ -115,25 +116,30 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     Raises
     ------
     InputError
-        The file is missing, not an FBX, larger than `MAX_BYTES`, or three.js cannot read it.
+        The file is missing, not an FBX, larger than `MAX_BYTES`, unpacks to more than `check_fbx`
+        allows, or three.js cannot read it.
     MissingDependencyError
         There is no Node 18 or newer, or npm's packages are not installed; the message explains how.
     """
     source = Path(source)
-    try:
-        size, head = source.stat().st_size, source.open("rb").read(32)
-    except OSError as error:
-        raise InputError(f"cannot read {source} ({shorten(error)})") from error
-    if not head.lstrip().startswith(_MAGICS):
+    data = read_bytes(source, limit=MAX_BYTES)
+    if not data[:64].lstrip().startswith(_MAGICS):
         raise InputError(f"{source} is not an FBX file")
-    if size > MAX_BYTES:
-        raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     try:
-        return tuple(str(name) for name in json.loads(_run(READER, source, Path(path))))
-    except MissingDependencyError:
-        raise
-    except A2VError as error:
-        raise InputError(f"cannot read {source}: {error}") from error
+        check_fbx(data)
+    except ValueError as error:
+        raise InputError(f"cannot read {source}: {error}; export it again") from None
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "in.fbx"  # what was checked is what is read
+        with atomic_path(copy) as temporary:
+            temporary.write_bytes(data)
+        try:
+            said = _run(READER, copy, Path(path), source.parent)
+        except (MissingDependencyError, InputError):
+            raise
+        except A2VError as error:
+            raise InputError(f"cannot read {source}: {error}") from error
+    return tuple(str(name) for name in json.loads(said))
 
 
 def _plain(character: Character) -> Character:
@@ -178,14 +184,22 @@ def _run(script: Path, *arguments: str | Path) -> str:
             raise A2VError(
                 f"FBX: cannot run {node} ({shorten(error)}); expected Node 18 or newer"
             ) from error
+    if "ENOSPC" in done.stderr:
+        raise InputError(
+            f"cannot write {arguments[1]}: the disk is full; free some space, there or in "
+            f"{tempfile.gettempdir()}, or set TMPDIR"
+        )
+    if done.returncode < 0 or "heap out of memory" in done.stderr:
+        raise A2VError(
+            f"{script.stem.replace('_', ' ')} ran out of memory (its limit is {HEAP_MB} MB); "
+            "reduce the character's meshes"
+        )
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         told = next(
             (line for line in lines if re.match(r"\w*Error\b", line)),
             lines[-1] if lines else f"exit code {done.returncode}",
         )
-        raise A2VError(
-            f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is "
-            f"needed, {node} was used"
-        )
+        hint = "; expected Node 18 or newer" if told.startswith("SyntaxError") else ""
+        raise A2VError(f"{script.stem.replace('_', ' ')} failed ({shorten(told)}) in {node}{hint}")
     return done.stdout

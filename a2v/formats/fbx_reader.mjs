@@ -1,8 +1,8 @@
 // Convert an FBX to a GLB: three.js reads it and writes its bones, skins and meshes. Pictures (PNG, JPEG) are copied without decoding them,
 // from the file or from the folder that it is in. Prints a JSON list of the pictures that it leaves out.
-// node fbx_reader.mjs in.fbx out.glb, beside a node_modules that holds three.
-import { existsSync, readFileSync, writeFileSync } from "node:fs";
-import { basename, dirname, join, resolve, sep } from "node:path";
+// node fbx_reader.mjs in.fbx out.glb folder-of-pictures, beside a node_modules that holds three.
+import { closeSync, constants, fstatSync, openSync, readFileSync, realpathSync, writeFileSync } from "node:fs";
+import { basename, join, resolve, sep } from "node:path";
 import { Texture, TextureLoader } from "three";
 import { FBXLoader } from "three/examples/jsm/loaders/FBXLoader.js";
 import { mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
@@ -51,6 +51,22 @@ function nameShapes(scene, animations) {
     }
 }
 
+// The bytes of a regular file inside a folder, up to MAX_PICTURE; null for links that lead out of it, pipes, devices and what is not there.
+function bytesInside(folder, path) {
+  let handle;
+  try {
+    const real = realpathSync(path);
+    if (!real.startsWith(realpathSync(folder) + sep)) return null;
+    handle = openSync(real, constants.O_RDONLY | (constants.O_NONBLOCK ?? 0) | (constants.O_NOFOLLOW ?? 0));
+    const facts = fstatSync(handle);
+    return facts.isFile() && facts.size <= MAX_PICTURE ? readFileSync(handle) : null;
+  } catch {
+    return null;
+  } finally {
+    if (handle !== undefined) closeSync(handle);
+  }
+}
+
 // The bytes of a picture: embedded, or a file in the folder of the FBX. Null if it is neither PNG nor JPEG.
 async function pictureOf(name, folder) {
   let bytes = null;
@@ -59,8 +75,7 @@ async function pictureOf(name, folder) {
   else {
     const relative = name.replaceAll("\\", "/");
     const inside = [relative, basename(relative)].map((path) => resolve(join(folder, path))).filter((path) => path.startsWith(resolve(folder) + sep));
-    const found = inside.find((path) => existsSync(path));
-    if (found) bytes = readFileSync(found);
+    for (const path of inside) bytes ??= bytesInside(folder, path);
   }
   if (!bytes || bytes.length > MAX_PICTURE) return null;
   if (bytes.subarray(0, 4).equals(Buffer.from([0x89, 0x50, 0x4e, 0x47]))) return { bytes, mimeType: "image/png" };
@@ -114,7 +129,7 @@ function withPictures(glb, pictures) {
   return glbOf(json, Buffer.concat(chunks));
 }
 
-const [source, target] = process.argv.slice(2);
+const [source, target, folder] = process.argv.slice(2);
 const data = readFileSync(source);
 const bytes = data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
 const scene = new FBXLoader().parse(bytes, "");
@@ -138,6 +153,6 @@ scene.traverse((object) => (object.isLight || object.isCamera) && unused.push(ob
 for (const object of unused) object.removeFromParent();
 scene.updateMatrixWorld(true);
 const made = await new GLTFExporter().parseAsync(scene, { binary: true, onlyVisible: false, animations: scene.animations ?? [] });
-const pictures = await Promise.all(sources.map(async ({ source: from, name }) => ({ name, ...(await pictureOf(from, dirname(resolve(source)))) })));
+const pictures = await Promise.all(sources.map(async ({ source: from, name }) => ({ name, ...(await pictureOf(from, resolve(folder))) })));
 writeFileSync(target, withPictures(Buffer.from(made), pictures.map((picture) => (picture.bytes ? picture : null))));
 console.log(JSON.stringify(pictures.filter((picture) => !picture.bytes).map((picture) => picture.name)));

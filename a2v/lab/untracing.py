@@ -18,6 +18,7 @@ import torch
 from torch import Tensor, nn
 
 from a2v.errors import InputError
+from a2v.io import read_bytes
 
 _HALF = "_half"
 """Ending of the names of weights that are stored as float16."""
@@ -49,7 +50,7 @@ def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict
         raise InputError(
             f"{path} does not exist; give a run's folder or one with ONNX files that a2v wrote"
         )
-    graph = onnx.load(str(path)).graph
+    graph = onnx.load_model_from_string(read_bytes(path)).graph
     constants = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     found = {name.removesuffix(_HALF): value for name, value in constants.items()}
     makers = {output: node for node in graph.node for output in node.output}

@@ -27,6 +27,8 @@ from a2v.types import FloatArray, Motion
 EASE_SECONDS = 0.5
 
 MAX_TIMELINE_BYTES = 1 << 16
+MAX_STEPS = 200
+"""Largest number of steps of a timeline. They are matched, told and checked one by one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +98,10 @@ def read_timeline(
     content = parse_yaml(data, source, "timeline", expected)
     if not isinstance(content, list) or not content:
         raise InputError(f"{source} is not a timeline (no list of steps); expected {expected}")
+    if len(content) > MAX_STEPS:
+        raise InputError(
+            f"{source} has {len(content)} steps; expected at most {MAX_STEPS}; divide it"
+        )
     found = [
         _timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)
     ]

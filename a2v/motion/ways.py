@@ -3,9 +3,11 @@ time."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as File
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -57,15 +59,16 @@ class GroundPath:
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points, np.float64)
-        if (
-            points.ndim != 2
-            or points.shape[1:] != (2,)
-            or not 2 <= len(points) <= MAX_POINTS
-            or not np.isfinite(points).all()
-        ):
+        if points.ndim != 2 or points.shape[1:] != (2,) or not 2 <= len(points) <= MAX_POINTS:
             raise InputError(
                 f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, "
                 "meters"
+            )
+        if not np.isfinite(points).all():
+            bad = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+            raise InputError(
+                f"point {bad + 1} of the path is {points[bad, 0]:g},{points[bad, 1]:g}; expected "
+                "finite numbers, meters"
             )
         if np.abs(points).max() > MAX_METRES:
             raise InputError(
@@ -201,16 +204,18 @@ def _read_yaml(source: str) -> GroundPath:
 
 
 def _read_svg(source: str) -> GroundPath:
-    from fontTools.pens.recordingPen import RecordingPen
     from fontTools.svgLib.path import SVGPath
 
     data = read_bytes(source, limit=MAX_BYTES)
     if b"<!ENTITY" in data:
         raise InputError(f"{source} declares entities; save it as a plain SVG")
-    pen = RecordingPen()
-    with reading(source, "drawing", "an SVG with a line or a path"):
+    pen = _outline(source)
+    with (
+        reading(source, "drawing", "an SVG with a line or a path"),
+        contextlib.suppress(StopIteration),
+    ):
         SVGPath.fromstring(data).draw(pen)
-        points = _flattened(pen.value)
+    points = np.array(pen.points, np.float64).reshape(-1, 2)
     if len(points) < 2:
         raise InputError(
             f"{source} draws no line; expected a path, polyline, line, polygon, circle or ellipse"
@@ -223,26 +228,51 @@ def _read_svg(source: str) -> GroundPath:
     return GroundPath((kept - kept[0]) * SVG_METRES)
 
 
-def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> FloatArray:
-    """Points (N, 2) along the first contour of recorded pen commands; each curve becomes sixteen
-    lines."""
+def _outline(source: str) -> Any:
+    """Return a pen of fontTools that keeps the `points` of the first contour that is drawn; each
+    curve becomes sixteen lines. It ends the drawing by `StopIteration` after the contour.
+
+    Raises
+    ------
+    InputError
+        From the pen: the contour has more than `MAX_POINTS` points.
+    """
+    from fontTools.pens.basePen import BasePen
+
     share = np.linspace(0, 1, 17)[1:, None]
-    points = np.zeros((0, 2))
-    for name, given in drawn:
-        ends = np.array(given, np.float64).reshape(-1, 2)
-        if name == "moveTo":
-            points = ends
-        elif name == "lineTo":
-            points = np.concatenate([points, ends])
-        elif name in ("curveTo", "qCurveTo"):
-            bend = np.broadcast_to(
-                np.concatenate([points[-1:], ends]), (len(share), len(ends) + 1, 2)
-            )
+
+    class Outline(BasePen):  # type: ignore[misc]  # fontTools has no types
+        def __init__(self) -> None:
+            super().__init__()
+            self.points: list[tuple[float, float]] = []
+
+        def _moveTo(self, start: tuple[float, float]) -> None:
+            self.points = [start]
+
+        def _lineTo(self, end: tuple[float, float]) -> None:
+            self._add([end])
+
+        def _curveToOne(self, *given: tuple[float, float]) -> None:
+            whole = np.array([self.points[-1], *given], np.float64)
+            bend: Any = np.tile(whole, (len(share), 1, 1))
             while bend.shape[1] > 1:  # de Casteljau, for all shares at the same time
                 bend = bend[:, :-1] * (1 - share[..., None]) + bend[:, 1:] * share[..., None]
-            points = np.concatenate([points, bend[:, 0]])
-        elif name == "closePath":
-            points = np.concatenate([points, points[:1]])
-        if name in ("endPath", "closePath") and len(points) > 1:
-            break
-    return points
+            self._add([(float(x), float(y)) for x, y in bend[:, 0]])
+
+        def _closePath(self) -> None:
+            self._add(self.points[:1])
+            self._endPath()
+
+        def _endPath(self) -> None:
+            if len(self.points) > 1:
+                raise StopIteration
+
+        def _add(self, points: list[tuple[float, float]]) -> None:
+            self.points += points
+            if len(self.points) > MAX_POINTS:
+                raise InputError(
+                    f"{source} draws a line of more than {MAX_POINTS} points (a curve has 16); "
+                    "simplify it"
+                )
+
+    return Outline()

@@ -19,9 +19,14 @@ MIN_SIDE = 128
 """Smallest width and height of a photo, pixels."""
 MAX_PIXELS = 60_000_000
 """Largest photo, pixels; checked on the header, before anything is decoded."""
+MAX_JPEG_PIXELS = 250_000_000
+"""Largest JPEG, pixels: phones have 108 and 200 megapixels. One over `MAX_PIXELS` is decoded at a
+half or a quarter of its size, which takes the memory of the smaller one."""
 MAX_BYTES = 512 << 20
 """Largest encoded photo, bytes."""
 
+_HEIF = (b"heic", b"heix", b"hevc", b"heim", b"heis", b"mif1", b"msf1")
+"""Brands of HEIC, the photos of iPhones, at bytes 8 to 12."""
 _EXIF = 0x8769
 """EXIF's own directory."""
 _FOCAL_35 = 0xA405
@@ -43,7 +48,8 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     Parameters
     ----------
     data : bytes
-        The file's content (JPEG, PNG, WebP, TIFF, BMP, GIF, PPM).
+        The file's content (JPEG, PNG, WebP, TIFF, BMP, GIF, PPM; HEIC where pillow-heif is
+        installed). A JPEG over `MAX_PIXELS` is reduced.
     name : str
         Name in error messages, usually the file's.
 
@@ -55,7 +61,7 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     ------
     InputError
         The data is not an image, damaged or truncated, or its size is under `MIN_SIDE` or over
-        `MAX_PIXELS`.
+        `MAX_PIXELS`, or it is a HEIC and pillow-heif is not installed.
     """
     pixels = _decode(data, name, minimum=MIN_SIDE)
     if pixels.shape[2] == 4 and (pixels[..., 3] == 255).all():
@@ -66,12 +72,10 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 def focal_length(data: bytes) -> float | None:
     """Return the focal length in a photo's EXIF data, 35 mm equivalent, millimeters; None if it is
     missing or impossible."""
-    from PIL import Image
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            with Image.open(io.BytesIO(data)) as image:
+            with _opened(data, "photo") as image:
                 focal = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
         except (
             Exception
@@ -110,10 +114,9 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             "ignore"
         )  # Pillow warns about sizes that are refused below, and about unusual metadata
         try:
-            Image.init()
-            image: PillowImage = Image.open(
-                io.BytesIO(data), formats=[name for name in _FORMATS if name in Image.OPEN]
-            )
+            image = _opened(data, name)
+        except InputError:
+            raise
         except Image.DecompressionBombError:
             raise InputError(f"{name} is far too large; {too_large}") from None
         except Exception:  # Pillow's plug-ins raise many kinds of errors for damaged headers
@@ -121,7 +124,9 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
                 f"{name} is not an image that can be read; expected a JPEG, PNG or WebP photo"
             ) from None
         width, height = image.size
-        if width * height > MAX_PIXELS:
+        if image.format == "JPEG" and MAX_PIXELS < width * height <= MAX_JPEG_PIXELS:
+            image.draft("RGB", (width // 2, height // 2))
+        if image.size[0] * image.size[1] > MAX_PIXELS:
             raise InputError(f"{name} has {width} x {height} pixels; {too_large}")
         if min(width, height) < minimum:
             raise InputError(
@@ -137,6 +142,27 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             raise InputError(
                 f"{name} is damaged or truncated ({shorten(error)}); copy or export the photo again"
             ) from None
+
+
+def _opened(data: bytes, name: str) -> PillowImage:
+    """Open an image; only its header is read."""
+    from PIL import Image, JpegImagePlugin
+
+    if data[4:8] == b"ftyp" and data[8:12] in _HEIF:
+        try:
+            import pillow_heif
+        except ImportError:
+            raise InputError(
+                f"{name} is a HEIC photo, as iPhones make them; read it after: pip install "
+                "'a2v[heic]', or save it as JPEG"
+            ) from None
+        opened: PillowImage = pillow_heif.HeifImageFile(io.BytesIO(data))
+        return opened
+    if data[:3] == b"\xff\xd8\xff":  # without Pillow's bound, which is below `MAX_JPEG_PIXELS`
+        return JpegImagePlugin.JpegImageFile(io.BytesIO(data))
+    Image.init()
+    formats = [form for form in _FORMATS if form in Image.OPEN]
+    return Image.open(io.BytesIO(data), formats=formats)
 
 
 def _to_srgb(image: PillowImage) -> PillowImage:

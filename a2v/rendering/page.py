@@ -21,7 +21,7 @@ from a2v.errors import A2VError, InputError
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.formats.registry import CharacterFormat
-from a2v.io import atomic_path
+from a2v.io import atomic_path, read_bytes
 from a2v.props import Props
 from a2v.types import Character
 
@@ -193,11 +193,4 @@ PAGE_FORMATS: tuple[CharacterFormat, ...] = (
 def _data(source: bytes | str | os.PathLike[str]) -> bytes:
     if isinstance(source, bytes):
         return source
-    try:
-        if Path(source).stat().st_size > MAX_PAGE_BYTES:
-            raise InputError(
-                f"{source} is too large for a page; the limit is {MAX_PAGE_BYTES >> 20} MB"
-            )
-        return Path(source).read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {source}: {error.strerror}") from error
+    return read_bytes(source, limit=MAX_PAGE_BYTES)

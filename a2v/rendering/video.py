@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import atomic_path
+from a2v.io import atomic_path, open_file
 from a2v.types import ByteArray
 
 
@@ -170,7 +170,10 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     import av
 
     try:
-        with av.open(str(path)) as container:
+        with (
+            open_file(path) as stream,
+            av.open(stream, options={"protocol_whitelist": "none"}) as container,
+        ):
             yield container
     except (av.FFmpegError, IndexError) as error:
         raise InputError(f"{path} is not a readable video ({error})") from error

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path, printable
+from a2v.errors import A2VError, InputError, printable
+from a2v.io import atomic_path
 from a2v.sessions import WEIGHTS, file_digest
 from pipelines.batch.tasks import GIVEN, TARGETS, Result, Task, steps_of
 from pipelines.engine.memo import refs_within

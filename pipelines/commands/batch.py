@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from a2v.io import say
 from pipelines.answer import Answer
 from pipelines.batch.results import is_over, write_job, write_tables
 from pipelines.batch.rows import defaults, read_rows
@@ -84,10 +84,9 @@ def run(options: Options) -> Answer:
             schedule.run(_in_order(left.values()))
         finally:
             counts = write_tables(out)
-    print(
+    say(
         f"{len(rows)} jobs: {len(jobs) - len(left)} were finished already, {book.made} were made, "
-        f"{book.failed} failed; {out} holds {counts['done']} videos and {counts['failed']} failures",
-        file=sys.stderr,
+        f"{book.failed} failed; {out} holds {counts['done']} videos and {counts['failed']} failures"
     )
     numbers = {
         "jobs": len(rows),

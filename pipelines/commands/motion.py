@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from a2v.animation import RIGS
 from a2v.errors import InputError
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
-from a2v.io import brief, write_npz
+from a2v.io import brief, say, write_npz
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import (
@@ -267,7 +266,7 @@ def _planned(options: Options) -> MotionPlan:
                 f"leave {alone[0]} out"
             )
     for line in plan.lines():
-        print(line, file=sys.stderr)
+        say(line)
     return plan
 
 

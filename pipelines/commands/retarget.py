@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.formats.registry import read_motion, readable_motions
+from a2v.io import say
 from a2v.motion.edit import Edit, edited
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.timeline import Take
@@ -94,7 +94,14 @@ def _retarget(
             f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside "
             f"{source.name} or beside it"
         )
-    person = read_person(folder / "in.glb" if is_fbx else source)
+    person = read_person(folder / "in.glb" if is_fbx else source, name=source)
+    if person.odd:
+        odd = ", ".join(
+            person.body.bone_names[bone] or "a nameless bone" for bone in person.odd[:4]
+        )
+        notes.append(
+            f"{odd} of {source.name} stay in the pose of the file: mirrored or scaled unevenly"
+        )
     edit, carried = (
         options.edits.edit,
         replace(options.retarget, raw=options.raw or options.retarget.raw),
@@ -122,7 +129,7 @@ def _made(options: Options, action: str, edit: Edit) -> Motion:
     }
     plan = read_plan(PlanOptions(action=action, **shared), directed=False)
     for line in plan.lines():
-        print(line, file=sys.stderr)
+        say(line)
     length = plan_length(
         plan,
         frames=options.lengths.frames,

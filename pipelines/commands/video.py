@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import functools
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import InputError
-from a2v.io import atomic_path, claim
+from a2v.io import atomic_path, claim, say
 from pipelines.answer import Answer
 from pipelines.engine.graph import check_names, outputs_of
 from pipelines.engine.run import Outcome
@@ -75,7 +74,7 @@ class Options:
 
 def run(options: Options) -> Answer:
     """Make the video; first print the interpretation of the words of the action."""
-    return make(options, tell=lambda line: print(line, file=sys.stderr))
+    return make(options, tell=say)
 
 
 def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
@@ -168,10 +167,9 @@ def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
     """Write the page with the moving character before the frames are rendered; print its path."""
     write_early_page(outcome, out)
     if not quiet:
-        print(
+        say(
             f"the moving character can be seen in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
-            "video follows",
-            file=sys.stderr,
+            "video follows"
         )
 
 

@@ -13,7 +13,7 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from a2v.io import printable
+from a2v.io import say
 from pipelines.engine.graph import Graph
 
 
@@ -197,7 +197,7 @@ class Lasting:
 
     def __exit__(self, *_: object) -> None:
         if self._live and not self._quiet and self._said:
-            print(file=sys.stderr)
+            say()
 
     def update(self, done: int, seconds: float, more: str = "") -> None:
         """Show the progress at most once per second, or once in ten seconds without a terminal."""
@@ -209,21 +209,15 @@ class Lasting:
             f"{self._name}: {done}/{self._total}, about {duration(self._steady(seconds))} left"
             + (f" ({more})" if more else "")
         )
-        print(
-            f"\r{text:<100}" if self._live else text,
-            end="" if self._live else "\n",
-            file=sys.stderr,
-            flush=True,
-        )
+        if self._live:
+            say(f"{text:<100}", first="\r", end="")
+        else:
+            say(text)
 
     def say(self, text: str) -> None:
         """Print a line that stays."""
         if not self._quiet:
-            print(
-                f"\r{printable(text):<100}" if self._live else printable(text),
-                file=sys.stderr,
-                flush=True,
-            )
+            say(f"{text:<100}" if self._live else text, first="\r" if self._live else "")
 
 
 def memory_of_family() -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import os
 import shutil
 import tempfile
 import time
@@ -14,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import A2VError, InputError
-from a2v.io import printable
+from a2v.errors import A2VError, InputError, printable
+from a2v.system import WINDOWS, lock
 from pipelines.engine.executors import (
     ExecutorName,
     LocalExecutor,
@@ -267,9 +268,13 @@ def _leave_out_advice() -> None:
     _pipefunc_utils.is_installed = lambda name: False
 
 
+_NEW_SECONDS = 60.0
+"""Age in seconds up to which the folder of a run is left alone; it may not be locked yet."""
+
+
 @contextlib.contextmanager
 def _event_folder(store: Store) -> Iterator[Path]:
-    """Make a folder for the events of one run; remove day-old folders of killed runs."""
+    """Make a folder for the events of one run; remove the folders of killed runs."""
     parent = store.folder / "runs"
     store.prepare()
     try:
@@ -280,12 +285,35 @@ def _event_folder(store: Store) -> Iterator[Path]:
             f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache "
             "or A2V_CACHE"
         ) from error
-    for old in parent.iterdir():
-        with contextlib.suppress(OSError):
-            if time.time() - old.stat().st_mtime > 86400:
-                shutil.rmtree(old)
+    handle = os.open(folder, os.O_RDONLY) if not WINDOWS else None
     try:
+        if handle is not None:
+            lock(handle)
+        for old in parent.iterdir():
+            _clear(old)
         with events_in(str(folder)):
             yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+        if handle is not None:
+            os.close(handle)
+
+
+def _clear(old: Path) -> None:
+    """Remove the folder of a run that was killed: nobody holds its lock.
+
+    A run locks its folder just after it has made it, so new ones are left. Where folders cannot be
+    locked (Windows), day-old ones are removed.
+    """
+    with contextlib.suppress(OSError):
+        if time.time() - old.stat().st_mtime < (86400.0 if WINDOWS else _NEW_SECONDS):
+            return
+        if WINDOWS:
+            shutil.rmtree(old)
+            return
+        handle = os.open(old, os.O_RDONLY)
+        try:
+            if lock(handle):
+                shutil.rmtree(old)
+        finally:
+            os.close(handle)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import say
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES
 from a2v.types import (
     Body,
@@ -103,7 +103,7 @@ def run(options: Options) -> Answer:
     films, fps, action = {}, 0.0, ""
     for number, method in enumerate(methods, 1):
         if not options.running.quiet:
-            print(f"method {number} of {len(methods)}: {method}", file=sys.stderr, flush=True)
+            say(f"method {number} of {len(methods)}: {method}")
         films[method], poses = _films(options, method)
         fps, action = poses.fps, poses.action
     photo = Path(options.person.photo).name

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from a2v.io import say
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.protocol import (
@@ -133,7 +133,7 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
             if published
             else f"the authors published no classifier for {dataset.name}"
         )
-        print(f"{lacking}; taking ours, {folder / FILE}", file=sys.stderr)
+        say(f"{lacking}; taking ours, {folder / FILE}")
         training, unseen = hold_out(
             dataset, "auto" if options.held_out == "none" else options.held_out
         )

@@ -6,7 +6,6 @@ import dataclasses
 import io
 import json
 import os
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from a2v.errors import InputError
-from a2v.io import atomic_path, sha256
+from a2v.io import atomic_path, say, sha256
 from a2v.lab.evaluation.moved.cases import MovedCase, open_moved_case
 from a2v.lab.evaluation.moved.measures import PROTOCOL, MovedSettings, compare_moved, move
 from a2v.lab.evaluation.moved.panels import MOVED_PANELS
@@ -108,7 +107,7 @@ def run(options: Options) -> Answer:
         for done, pin in enumerate(options.pins, 1):
             outcomes.append(_measure(options, pin, folder))
             if outcomes[-1].failure:
-                print(f"photo {pin.index} failed: {outcomes[-1].failure}", file=sys.stderr)
+                say(f"photo {pin.index} failed: {outcomes[-1].failure}")
             progress(done, len(options.pins))
     if all(outcome.failure for outcome in outcomes):
         raise InputError(f"all {len(outcomes)} photos failed, the first one: {outcomes[0].failure}")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 
 from a2v.errors import InputError
-from a2v.io import atomic_path
+from a2v.io import atomic_path, say
 from a2v.lab.evaluation.reconstruction import (
     PANELS,
     BenchmarkSettings,
@@ -165,9 +164,7 @@ def _measure(
                 outcome = outcome.with_others(result.outcome) if outcome else result.outcome
             assert outcome is not None
             if outcome.failure:
-                print(
-                    f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr
-                )
+                say(f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}")
             outcomes.append(outcome)
             progress(done + 1, len(views))
     return outcomes

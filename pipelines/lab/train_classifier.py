@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from a2v.io import say
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator
 from a2v.lab.evaluation.training import FILE, ClassifierSettings, train_classifier
@@ -59,8 +59,5 @@ def run_classifier(
             else "of the same people"
         )
         accuracy = evaluator.info["held_out_accuracy"]
-        print(
-            f"accuracy on {len(unseen)} clips {who}, not learned from: {accuracy:.3f}",
-            file=sys.stderr,
-        )
+        say(f"accuracy on {len(unseen)} clips {who}, not learned from: {accuracy:.3f}")
     return evaluator

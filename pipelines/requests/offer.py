@@ -6,7 +6,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from a2v.io import shorten
+from a2v.io import say, shorten
 
 if TYPE_CHECKING:
     from a2v.motion.vocabulary import UnknownActionError
@@ -21,13 +21,10 @@ def offer_nearest(error: UnknownActionError) -> str:
         "CI"
     ):
         return ""
-    print(
-        f"no action is called '{shorten(error.text, 80)}'. The nearest actions are:",
-        file=sys.stderr,
-    )
+    say(f"no action is called '{shorten(error.text, 80)}'. The nearest actions are:")
     for number, name in enumerate(error.nearest, 1):
-        print(f"  {number}  {name}", file=sys.stderr)
-    print("Number, or Enter for none: ", end="", file=sys.stderr, flush=True)
+        say(f"  {number}  {name}")
+    say("Number, or Enter for none: ", end="")
     answer = sys.stdin.readline().strip()
     return (
         error.nearest[int(answer) - 1]

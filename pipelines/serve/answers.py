@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
-from a2v.io import printable
+from a2v.errors import printable
 from pipelines.serve.records import Job, Photo
 
 PAGE = Path(__file__).parent / "page"

@@ -18,8 +18,7 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.animation import RIGS
-from a2v.errors import A2VError, InputError
-from a2v.io import printable
+from a2v.errors import A2VError, InputError, printable
 from a2v.kinematics.names import LIMB_BONES
 from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
@@ -28,7 +27,7 @@ from pipelines.requests.person import corrections_of
 from pipelines.serve.answers import PAGE, Told, failed, file_answer, public, refused
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
-from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, read_json, save_photo, title
+from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, declared, read_json, save_photo, title
 from pipelines.serve.guard import Guard
 from pipelines.serve.live import Live
 from pipelines.serve.live_child import LIVE
@@ -38,8 +37,6 @@ from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
 from pipelines.serve.worker import TURN
 
-MAX_ARRIVING = 32
-"""Largest number of photos that may be uploading at the same time."""
 EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
 """Character formats that the page offers."""
 CLIPS = (".mp4", ".webm", ".mov", ".m4v")
@@ -74,7 +71,6 @@ class Handlers:
 
     def __init__(self, desk: Desk, live: Live) -> None:
         self._desk, self._live = desk, live
-        self._arriving = 0
         self._background: set[asyncio.Task[None]] = set()
 
     @property
@@ -182,7 +178,9 @@ class Handlers:
         Its size is checked before and while it is read. A child process decodes its pixels.
         """
         return await self._arrive(
-            functools.partial(save_photo, request), title(request.query_params.get("name", ""))
+            functools.partial(save_photo, request),
+            title(request.query_params.get("name", "")),
+            declared(request, MAX_UPLOAD),
         )
 
     async def take_sample(self, request: Request) -> Response:
@@ -196,24 +194,15 @@ class Handlers:
                     f"the photo cannot be kept: {error.strerror}; free some space and try again"
                 ) from error
 
-        return await self._arrive(copy, "sample person")
+        return await self._arrive(copy, "sample person", SAMPLE.stat().st_size)
 
-    async def _arrive(self, save: Callable[[Path], Awaitable[None]], name: str) -> Response:
-        if self._arriving >= MAX_ARRIVING:
-            raise HTTPException(
-                503, "many photos are arriving at the moment; try again in a minute"
-            )
-        self._arriving += 1
-        folder = None
-        try:
-            folder = self._library.arriving()
+    async def _arrive(
+        self, save: Callable[[Path], Awaitable[None]], name: str, size: int
+    ) -> Response:
+        async with self._desk.arrivals.folder(size) as folder:
             await save(folder / ORIGINAL)
             photo = await self._desk.arrivals.open_photo(folder, name)
             self._desk.wake()
-        finally:
-            self._arriving -= 1
-            if folder is not None:
-                shutil.rmtree(folder, ignore_errors=True)  # the photo was moved or refused
         warming = asyncio.create_task(self._desk.warm())
         self._background.add(warming)
         warming.add_done_callback(self._background.discard)
@@ -259,12 +248,9 @@ class Handlers:
     async def take_more(self, request: Request) -> Response:
         """Receive a further photo of a person."""
         photo = self._photo(request)
-        folder = self._library.arriving()
-        try:
+        async with self._desk.arrivals.folder(declared(request, MAX_UPLOAD)) as folder:
             await save_photo(request, folder / ORIGINAL)
             await self._desk.arrivals.add_more(photo, folder)
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
         return Told(public(photo), status_code=201)
 
     async def remove_more(self, request: Request) -> Response:
@@ -280,12 +266,9 @@ class Handlers:
             raise InputError(
                 f"this is not named like a video; expected a name that ends in {', '.join(CLIPS)}"
             )
-        folder = self._library.arriving()
-        try:
+        async with self._desk.arrivals.folder(declared(request, MAX_CLIP)) as folder:
             await save_photo(request, folder / ORIGINAL, MAX_CLIP, "video")
             await self._desk.arrivals.add_clip(photo, folder, suffix, title(name))
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
         return Told(public(photo), status_code=201)
 
     async def remove_clip(self, request: Request) -> Response:

@@ -5,17 +5,26 @@ A child process opens each file; then the file is moved to its record.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable
+import contextlib
+import shutil
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
 from pathlib import Path
 from typing import Any
+
+from starlette.exceptions import HTTPException
 
 from a2v.errors import InputError
 from pipelines.engine.forget import Forgotten
 from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
 from pipelines.serve.child import Child
+from pipelines.serve.edge import MAX_UPLOAD
 from pipelines.serve.records import SHOWN, Library, Photo
 from pipelines.serve.talk import CLIP, ORIGINAL
 
+MAX_ARRIVING = 32
+"""Largest number of photos and videos that may be uploading at the same time."""
+MAX_ARRIVING_BYTES = MAX_ARRIVING * MAX_UPLOAD
+"""Largest sum of their sizes, bytes."""
 OPEN_SECONDS = 60.0
 """Time limit in seconds for opening an upload."""
 
@@ -37,6 +46,32 @@ class Arrivals:
         forget: Callable[[Iterable[str]], Awaitable[Forgotten]],
     ) -> None:
         self.library, self._opener, self._forget = library, opener, forget
+        self._sizes: list[int] = []  # of what is arriving
+
+    @contextlib.asynccontextmanager
+    async def folder(self, size: int) -> AsyncIterator[Path]:
+        """Make a folder for an upload of at most `size` bytes, and remove it afterwards.
+
+        Raises
+        ------
+        InputError
+            There are too many photos, or the folder cannot be made.
+        HTTPException
+            503: much is arriving at the moment.
+        """
+        if len(self._sizes) >= MAX_ARRIVING or sum(self._sizes) + size > MAX_ARRIVING_BYTES:
+            raise HTTPException(
+                503, "many photos or videos are arriving at the moment; try again in a minute"
+            )
+        self._sizes.append(size)
+        try:
+            folder = self.library.arriving()
+            try:
+                yield folder
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)  # the file was moved or refused
+        finally:
+            self._sizes.remove(size)
 
     async def _opened(self, folder: Path, task: str, **more: str) -> dict[str, Any]:
         """Let the child process open the uploaded file in `folder`; return its facts.
@@ -77,14 +112,14 @@ class Arrivals:
                 "the page's folder has a comma in its name, and commas separate further photos; "
                 "start a2v serve with another --folder"
             )
-        name = f"more-{len(photo.more) + 1}"
         digest = (await self._opened(folder, "open", shown=str(folder / SHOWN)))["digest"]
         if digest in (photo.digest, *photo.more):
             raise InputError("this photo is here already; take one from another side")
         if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
             raise InputError(f"at most {MAX_PHOTOS} photos of one person are taken")
-        (folder / ORIGINAL).rename(self.library.place(photo) / name)
-        (folder / SHOWN).rename(self.library.place(photo) / f"{name}.jpg")
+        name = f"more-{len(photo.more) + 1}"  # nothing waits from here on
+        self._move(folder / ORIGINAL, photo, name)
+        self._move(folder / SHOWN, photo, f"{name}.jpg")
         photo.more, photo.known = [*photo.more, digest], False
         self.library.keep(photo)
 
@@ -110,13 +145,13 @@ class Arrivals:
         facts = await self._opened(folder, "clip")
         if photo.id not in self.library.photos:
             raise InputError("this photo was removed; choose another")
-        if photo.clip:
-            await self.remove_clip(photo)
-        (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
+        gone = self._take_clip(photo)  # nothing waits until the record is written
+        self._move(folder / ORIGINAL, photo, f"{CLIP}{suffix}")
         photo.clip, photo.clip_title = suffix, title[:80] or "video"
         photo.clip_seconds = float(facts["seconds"])
         photo.clip_digest = facts["digest"]
         self.library.keep(photo)
+        await self._forget([gone])
 
     async def remove_clip(self, photo: Photo) -> None:
         """Remove the video with the motion for a person, and the stored values made from it.
@@ -126,10 +161,26 @@ class Arrivals:
         InputError
             A queued or running job uses its motion.
         """
+        gone = self._take_clip(photo)
+        self.library.keep(photo)
+        await self._forget([gone])
+
+    def _take_clip(self, photo: Photo) -> str:
+        """Remove the video with the motion for a person; return its digest, "" without one."""
+        if not photo.clip:
+            return ""
         if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
             raise InputError("this video is in use; cancel the jobs that use it first")
         (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
         gone = photo.clip_digest
         photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""
-        self.library.keep(photo)
-        await self._forget([gone])
+        return gone
+
+    def _move(self, file: Path, photo: Photo, name: str) -> None:
+        """Move a file to a person's files."""
+        try:
+            file.rename(self.library.place(photo) / name)
+        except OSError as error:
+            raise InputError(
+                f"this cannot be kept: {error.strerror}; free some space and send it again"
+            ) from error

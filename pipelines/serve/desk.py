@@ -9,18 +9,17 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import shutil
 import sys
 import time
 import traceback
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from a2v.digest import Digest
-from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path, read_bytes
+from a2v.errors import InputError
+from a2v.io import atomic_path
 from a2v.perception import Corrections
 from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.refs import Ref
@@ -31,6 +30,7 @@ from pipelines.serve.owed import Owed
 from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
+from pipelines.serve.times import Times
 
 IDLE_SECONDS = 900.0
 """Seconds without a task after which a child process is ended to free its memory."""
@@ -40,12 +40,11 @@ MAX_THREADS = 8
 """Number of threads in addition to the main thread."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
-_TIMES = "times.json"
-"""File of the measured times of the stages."""
 _OWED = "forgetting"
 """File that exists while removals from the store are pending."""
 
 T = TypeVar("T")
+Leave = Callable[[Collection[str]], Awaitable[None]]
 
 
 class Desk:
@@ -66,13 +65,16 @@ class Desk:
         self.threads = Threads(MAX_THREADS)
         self._cache, self._workers = cache, workers
         self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
-        self.arrivals = Arrivals(library, self._opener, forget=self._forget)
+        self.arrivals = Arrivals(library, self._opener, forget=self._forget_owed)
+        self.leaving: list[Leave] = []
+        """Called with the identities of removed photos and jobs; they stop what works on these."""
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
         self._served: list[Photo | Job] = []  # for which a request waits for an outline or a file
         self._forgetting = asyncio.Lock()
         self._owed = Owed(library.folder / _OWED)
+        self._times = Times(library.folder)
         self._closing = False
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -109,8 +111,10 @@ class Desk:
         Raises
         ------
         InputError
-            The photo is being processed, or the disk is full.
+            The photo was removed or is being processed, or the disk is full.
         """
+        if photo.id not in self.library.photos:  # while the corrections arrived
+            raise InputError("this photo was removed; choose another")
         if photo.status == "looking":
             raise InputError(
                 "the person in this photo is still being detected; try again in a moment"
@@ -234,6 +238,8 @@ class Desk:
         removed = jobs()
         folders = self.library.remove(item)
         waited = [item, *removed]
+        for leave in self.leaving:
+            await leave({one.id for one in waited})
         while (
             self._current in removed
             or self._looking is item
@@ -249,6 +255,13 @@ class Desk:
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
         await self.threads.do(_delete, self.library.remove_damaged())
+
+    async def _forget_owed(self, digests: Iterable[str]) -> Forgotten:
+        """Remove stored values of files, now or after the next start."""
+        owed = [digest for digest in digests if digest]
+        for digest in owed:
+            self._owed.add(digest)
+        return await self._forget(owed)
 
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
         """Remove stored values of photos that no other record uses, and unreferenced values."""
@@ -321,7 +334,7 @@ class Desk:
             "task": "video",
             **self.task_of(job),
             "known": photo.known,
-            "times": self._times(),
+            "times": self._times.read(),
             "workers": self._workers,
         }
         try:
@@ -343,7 +356,7 @@ class Desk:
             job.status, job.files, job.notes = "done", done["files"], done["notes"]
             photo.known = True
             self.library.keep(photo)
-            self._learn(done["times"])
+            self._times.learn(done["times"])
         self.library.keep(job)
 
     async def _rest(self) -> None:
@@ -366,28 +379,6 @@ class Desk:
             except Exception:
                 traceback.print_exc(file=sys.stderr)
                 await asyncio.sleep(1.0)
-
-    # --- measured times
-
-    def _times(self) -> dict[str, float]:
-        with contextlib.suppress(Exception):  # no file, or an invalid one: use the priors
-            found = json.loads(read_bytes(self.library.folder / _TIMES, limit=1 << 16))
-            return {str(name): float(value) for name, value in found.items()}
-        return {}
-
-    def _learn(self, seconds: Mapping[str, float]) -> None:
-        known = self._times()
-        mixed = known | {
-            name: (value + known.get(name, value)) / 2 for name, value in seconds.items()
-        }
-        with (
-            contextlib.suppress(A2VError),
-            atomic_path(self.library.folder / _TIMES) as temporary,
-        ):  # on a full disk, keep the earlier times
-            temporary.write_text(
-                json.dumps({name: round(value, 4) for name, value in mixed.items()}),
-                encoding="utf-8",
-            )
 
 
 def _digests(photo: Photo) -> list[str]:

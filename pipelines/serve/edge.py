@@ -131,6 +131,12 @@ async def save_photo(
         raise
 
 
+def declared(request: Request, limit: int) -> int:
+    """Return the largest number of bytes that the body of a request may have."""
+    length = request.headers.get("content-length", "")
+    return min(limit, int(length[:20])) if length.isascii() and length.isdigit() else limit
+
+
 async def _parts(request: Request, limit: int, too_large: str) -> AsyncIterator[bytes]:
     """Yield the body of a request in parts.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from starlette.exceptions import HTTPException
@@ -28,6 +28,7 @@ FRAME_SECONDS = 60.0
 """Longest time in seconds for a frame; the first ones fit the body's shape."""
 OPEN_SECONDS = 600.0
 """Longest time in seconds to load the character."""
+ENDED = "this live session has ended; start it again"
 IDLE_SECONDS = 180.0
 """Time in seconds without a frame after which the session ends."""
 
@@ -46,6 +47,9 @@ class Live:
     def __init__(self, desk: Desk, code: str, vmc: int = 0) -> None:
         self._desk, self._child, self._vmc = desk, Child(code), vmc
         self._session, self._job, self._waiting = "", "", 0
+        self._opening = asyncio.Lock()
+        self._inside: list[str] = []  # jobs for which the process works
+        desk.leaving.append(self._leave)
 
     def routes(self, job_of: Callable[[Request], Job]) -> list[Route]:
         """Return the routes below the token. `job_of` finds the job of a request."""
@@ -87,11 +91,16 @@ class Live:
         """
         if job.status != "done":
             raise InputError("this video is not made yet")
-        await self.close()
-        task = {"task": "open", "vmc": self._vmc, **self._desk.task_of(job)}
-        await self._do(task, OPEN_SECONDS)
-        self._session, self._job = secrets.token_hex(8), job.id
-        return {"session": self._session, "vmc": self._vmc}
+        async with self._opening:
+            await self.close()
+            self._check_job(job)
+            self._job = job.id
+            await self._do(
+                {"task": "open", "vmc": self._vmc, **self._desk.task_of(job)}, OPEN_SECONDS
+            )
+            self._check_job(job)
+            self._session = secrets.token_hex(8)
+            return {"session": self._session, "vmc": self._vmc}
 
     async def frame(self, jpeg: bytes, at: float) -> dict[str, Any]:
         """Return the pose of the character for a camera frame at `at` seconds."""
@@ -106,18 +115,33 @@ class Live:
 
     async def record(self, on: bool) -> dict[str, Any]:
         """Start a recording; or stop it and add its files to those of the job."""
-        done = await self._do({"task": "record" if on else "keep"}, OPEN_SECONDS)
         job = self._desk.library.jobs.get(self._job)
-        if on or job is None:
+        if job is None:
+            raise HTTPException(404, ENDED)
+        done = await self._do({"task": "record" if on else "keep"}, OPEN_SECONDS)
+        if on:
             return {}
+        self._check_job(job)
         job.files = job.files | done["files"]
         self._desk.library.keep(job)
         return public(job)
 
     async def close(self) -> None:
         """End the session and its process."""
-        self._session = ""
+        self._session = self._job = ""
         await self._child.stop()
+
+    async def _leave(self, removed: Collection[str]) -> None:
+        """End the session of a removed job, and whatever the process still does for it."""
+        if self._job in removed:
+            await self.close()
+        while any(job in removed for job in self._inside):
+            await self._child.stop()
+            await asyncio.sleep(0.01)
+
+    def _check_job(self, job: Job) -> None:
+        if job.id not in self._desk.library.jobs:
+            raise InputError("this video was removed; choose another")
 
     async def rest(self) -> None:
         """End a session without frames, forever."""
@@ -129,10 +153,16 @@ class Live:
     def _check(self, request: Request) -> None:
         given = request.path_params["session"]
         if not self._session or not secrets.compare_digest(given.encode(), self._session.encode()):
-            raise HTTPException(404, "this live session has ended; start it again")
+            raise HTTPException(404, ENDED)
 
     async def _do(self, task: Mapping[str, Any], limit: float) -> dict[str, Any]:
-        answer = await self._child.do(task, limit=limit)
+        if not (job := self._job):  # it ended while the request arrived
+            raise HTTPException(404, ENDED)
+        self._inside.append(job)
+        try:
+            answer = await self._child.do(task, limit=limit)
+        finally:
+            self._inside.remove(job)
         if "problem" in answer:
             raise InputError(answer["problem"])
         done: dict[str, Any] = answer["done"]

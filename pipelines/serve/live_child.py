@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.folders import make_folder
 from a2v.io import atomic_path
 from pipelines.serve.talk import Tell, answer
 
@@ -156,6 +157,8 @@ def decoded(jpeg: bytes) -> ByteArray:
             size = image.size
             fits = min(size) >= LEAST_SIDE and max(size) <= MOST_SIDE
             found = np.asarray(image.convert("RGB")) if fits else None
+    except Image.DecompressionBombError:
+        raise InputError(f"the frame is too large; expected at most {MOST_SIDE} pixels") from None
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError):
         raise InputError("the frame is not a JPEG picture") from None
     if found is None:
@@ -250,7 +253,7 @@ def kept(session: Session) -> dict[str, object]:
         )
     times = np.array([at for at, _ in recorded])
     folder = session.folder / RECORDINGS
-    folder.mkdir(exist_ok=True)
+    make_folder(folder)
     number = 1 + len(list(folder.glob("live-*.bvh")))
     motion = grounded_motion(
         np.stack([joints for _, joints in recorded]), times, action=f"live {number}"

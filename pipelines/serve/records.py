@@ -3,7 +3,8 @@
 A record is written after each change. The server chooses all names in the folder: identities are 16
 hex digits, and text from a browser is only looked up, never joined to a path. A photo arrives in
 ``incoming/`` and is then moved to its place. A removed folder is first moved to ``removed/``, so
-that it is no longer listed. Both are emptied at the next start. Records that cannot be read are
+that it is no longer listed; after that no process can write below it (`a2v.io.make_folder`). Both
+are emptied at the next start. Records that cannot be read are
 counted, and stay until the user removes them.
 """
 
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from a2v.errors import A2VError, InputError
+from a2v.folders import owner_mark
 from a2v.io import atomic_path, clear_leftovers, parse_json, read_bytes
 from pipelines.serve.edge import clean
 from pipelines.serve.wishes import Wish
@@ -201,6 +203,9 @@ class Library:
         self.folder = folder
         self.damaged: list[Path] = []
         self.problem = ""
+        for room in ("photos", "jobs"):
+            with contextlib.suppress(OSError):  # of an older version
+                owner_mark(folder / room).touch()
         self._unwritten: dict[str, Photo | Job] = {}
         for rest in ("incoming", "removed"):
             shutil.rmtree(folder / rest, ignore_errors=True)
@@ -263,14 +268,7 @@ class Library:
         """
         if len(self.photos) >= MAX_PHOTOS:
             raise InputError(f"{MAX_PHOTOS} photos are kept here already; remove some first")
-        folder = self.folder / "incoming" / secrets.token_hex(8)
-        try:
-            folder.mkdir(parents=True)
-        except OSError as error:
-            raise InputError(
-                f"the photo cannot be kept: {error.strerror}; free some space and send it again"
-            ) from error
-        return folder
+        return self._make("incoming", secrets.token_hex(8))
 
     def add_photo(self, folder: Path, title: str, facts: Mapping[str, Any]) -> Photo:
         """Move an uploaded photo from `folder` to its place.
@@ -291,7 +289,7 @@ class Library:
         )
         self.write(photo, folder)
         try:
-            (self.folder / photo.FOLDER).mkdir(parents=True, exist_ok=True)
+            self._make(photo.FOLDER)
             folder.rename(self.place(photo))
         except OSError as error:
             raise InputError(
@@ -320,6 +318,7 @@ class Library:
             raise InputError(f"{MAX_JOBS} videos are kept here already; remove some first")
         job = Job(id=secrets.token_hex(8), photo=photo.id, wish=wish, created=time.time())
         try:
+            self._make(job.FOLDER, job.id)
             self.write(job)
         except InputError:
             shutil.rmtree(self.place(job), ignore_errors=True)
@@ -341,6 +340,25 @@ class Library:
         self._unwritten.pop(item.id, None)
         (self.photos if isinstance(item, Photo) else self.jobs).pop(item.id, None)
         return [*left, self._move_to_removed(self.place(item))]
+
+    def _make(self, room: str, name: str = "") -> Path:
+        """Make a room and mark it as ours, or make the folder `name` inside it.
+
+        Raises
+        ------
+        InputError
+            It cannot be made.
+        """
+        folder = self.folder / room / name
+        try:
+            (self.folder / room).mkdir(parents=True, exist_ok=True)
+            owner_mark(self.folder / room).touch()
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"this cannot be kept: {error.strerror}; free some space and send it again"
+            ) from error
+        return folder
 
     def remove_damaged(self) -> list[Path]:
         """Remove all records that cannot be read; return the folders to delete."""

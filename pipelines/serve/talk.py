@@ -17,8 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from a2v.errors import A2VError
-from a2v.io import printable
+from a2v.errors import A2VError, printable
 
 ORIGINAL = "original"
 """File name of the uploaded photo, in the folder of a photo."""

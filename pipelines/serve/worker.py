@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from a2v.errors import InputError
-from a2v.io import atomic_path, printable
+from a2v.errors import InputError, printable
+from a2v.io import atomic_path
 from pipelines.clock import STILL, Clock
 from pipelines.engine.executors import LocalExecutor, cpu_count
 from pipelines.engine.progress import Listener, Update

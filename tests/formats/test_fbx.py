@@ -5,8 +5,11 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import os
+import struct
 import subprocess
 import sys
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,6 +28,7 @@ from a2v.formats.gltf.people import read_person
 from pipelines.commands.retarget import Options, run
 from pipelines.requests.motion import LengthOptions
 from tests.support.glb import Glb
+from tests.support.hostile import owes_a_sentence
 from tests.support.npm import npm_folder
 
 FPS = 10.0
@@ -274,13 +278,19 @@ def test_pictures_and_their_places_come_through(
     assert pictures_of(tmp_path / "back.glb") == [picture]
 
 
+def without_picture(path: Path) -> bytes:
+    """An FBX whose embedded picture is of no known kind."""
+    data = path.read_bytes()
+    for head in (b"\xff\xd8\xff\xe0\0\x10JFIF", b"\x89PNG\r\n\x1a\n"):
+        data = data.replace(head, b"\0" * len(head))
+    return data
+
+
 def test_a_picture_beside_the_file_is_read_and_another_kind_is_left_out(
     path: Path, tmp_path: Path
 ) -> None:
     """An embedded picture of a kind that is not copied, and one that is a file of the folder."""
-    head = b"\xff\xd8\xff" if b"texture.jpg" in path.read_bytes() else b"\x89PNG"
-    data = path.read_bytes().replace(head, b"\0" * len(head))
-    (tmp_path / "other.fbx").write_bytes(data)
+    (tmp_path / "other.fbx").write_bytes(without_picture(path))
     assert fbx_to_glb(tmp_path / "other.fbx", tmp_path / "out.glb") == ("texture",)
     assert "images" not in Glb(tmp_path / "out.glb").json
 
@@ -293,7 +303,7 @@ def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(data)
         with pytest.raises(InputError, match=match):
             fbx_to_glb(tmp_path / name, tmp_path / "out.glb")
-    with pytest.raises(InputError, match="cannot read"):
+    with pytest.raises(InputError, match="does not exist"):
         fbx_to_glb(tmp_path / "none.fbx", tmp_path / "out.glb")
     assert not (tmp_path / "out.glb").exists()
 
@@ -315,3 +325,72 @@ def test_what_is_missing_or_wrong_is_told(
     with pytest.raises(MissingDependencyError, match=r"a2v\[fbx\]"):
         write_fbx(tmp_path / "a.fbx", character)
     assert not list(tmp_path.iterdir())
+
+
+def bomb(unpacked: int, stated: int) -> bytes:
+    """A binary FBX with one array of 64-bit numbers, packed by zlib."""
+    packed = zlib.compress(bytes(unpacked))
+    array = b"d" + struct.pack("<III", stated // 8, 1, len(packed)) + packed
+    head = b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", 7400)
+    name = b"Vertices"
+    end = len(head) + 13 + len(name) + len(array)
+    node = struct.pack("<IIIB", end, 1, len(array), len(name)) + name + array
+    return head + node + bytes(13)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (bomb(600 << 20, 600 << 20), "unpack to more than 512 MB"),
+        (bomb(64 << 20, 800), "does not unpack to the 800 bytes"),
+        (bomb(800, 800)[:60], "reaches beyond"),
+        (b"; FBX 7.3.0 project file\n" + b"0,1," * (17 << 20), "its text has"),
+    ],
+    ids=["large", "other size", "cut", "text"],
+)
+def test_an_fbx_that_takes_memory_is_refused_before_node_starts(
+    data: bytes, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1 GB of zeros took 3.2 GB, and the message was about Node."""
+    monkeypatch.setattr(fbx, "find_node", lambda: pytest.fail("Node was started"))
+    (tmp_path / "a.fbx").write_bytes(data)
+
+    def read() -> None:
+        with pytest.raises(InputError, match=said):
+            fbx_to_glb(tmp_path / "a.fbx", tmp_path / "a.glb")
+
+    owes_a_sentence(read)
+
+
+def test_pipes_and_links_are_not_followed(path: Path, tmp_path: Path) -> None:
+    """Of the file and of the pictures that it names: another folder's picture is not copied."""
+    os.mkfifo(tmp_path / "c.fbx")
+    with pytest.raises(InputError, match="not a regular file"):
+        fbx_to_glb(tmp_path / "c.fbx", tmp_path / "c.glb")
+    inside, outside = tmp_path / "in", tmp_path / "out"
+    inside.mkdir(), outside.mkdir()
+    (inside / "a.fbx").write_bytes(without_picture(path))
+    Image.new("RGB", (8, 8)).save(outside / "secret.png")
+    for name in ("texture.png", "texture.jpg", "texture"):
+        (inside / name).symlink_to(outside / "secret.png")
+    assert fbx_to_glb(inside / "a.fbx", tmp_path / "a.glb") == ("texture",)
+    for name in ("texture.png", "texture.jpg", "texture"):
+        (inside / name).unlink()
+        os.mkfifo(inside / name)
+    assert fbx_to_glb(inside / "a.fbx", tmp_path / "a.glb") == ("texture",)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="a small file system needs root")
+def test_a_full_disk_is_told_as_such(path: Path, tmp_path: Path) -> None:
+    """It was told as a fault of Node or of the input."""
+    small = tmp_path / "small"
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(small)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no file system can be mounted here")
+    try:
+        with pytest.raises(InputError, match=r"cannot write .*(full|No space)"):
+            fbx_to_glb(path, small / "a.glb")
+        assert not list(small.glob(".*"))
+    finally:
+        subprocess.run(["umount", str(small)], check=False)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from PIL import Image
 from a2v.errors import InputError
 from a2v.perception import decode_mask, decode_photo
 from a2v.perception.photo import focal_length
+from a2v.system import peak_memory
 
 
 def encode(image: Image.Image, kind: str = "PNG", **options: object) -> bytes:
@@ -113,3 +115,40 @@ def test_size_is_bounded_before_decoding() -> None:
         decode_photo(encode(Image.new("1", (8000, 8000))))
     with pytest.raises(InputError, match=r"large|megapixels"):
         decode_photo(encode(Image.new("1", (30000, 30000))))
+
+
+def test_large_photos_of_phones_are_reduced_while_they_are_decoded() -> None:
+    """200 megapixels were refused; at a half of each side they take the memory of 50."""
+    image = Image.new("L", (16320, 12240), 90)
+    image.paste(200, (0, 0, 8160, 12240))
+    data = encode(image, "JPEG")
+    with peak_memory() as peak:
+        before = peak()
+        found = decode_photo(data)
+        assert peak() - before < 700 << 20
+    assert found.shape == (6120, 8160, 3)
+    assert abs(int(found[:, :4000].mean()) - 200) <= 1
+    assert abs(int(found[:, 4200:].mean()) - 90) <= 1
+    with pytest.raises(InputError, match="large"):  # nothing else may be as large
+        decode_photo(encode(Image.new("1", (16320, 12240))))
+
+
+def test_photos_of_iphones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """HEIC is read where pillow-heif is installed; else the sentence says what it is."""
+    data = b"\0\0\0\x1cftypheic" + bytes(200)
+    with pytest.raises(InputError, match="x is"):  # damaged
+        decode_photo(data, "x")
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "pillow_heif", None)
+        with pytest.raises(InputError, match=r"x is a HEIC photo.*pip install 'a2v\[heic\]'"):
+            decode_photo(data, "x")
+    pillow_heif = pytest.importorskip("pillow_heif")
+    image = Image.new("RGB", (300, 200), (200, 40, 40))
+    image.paste((40, 40, 200), (0, 0, 150, 200))
+    stream = io.BytesIO()
+    pillow_heif.from_pillow(image).save(stream, quality=95)
+    found = decode_photo(stream.getvalue())
+    assert found.shape == (200, 300, 3)
+    np.testing.assert_allclose(found[100, [20, 280]], [[40, 40, 200], [200, 40, 40]], atol=12)
+    with pytest.raises(InputError, match=r"damaged|can be read"):
+        decode_photo(stream.getvalue()[: len(stream.getvalue()) // 2])

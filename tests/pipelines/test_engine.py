@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError, MissingDependencyError
+from a2v.system import lock
 from pipelines.engine.executors import open_executor
 from pipelines.engine.graph import Step, build, downstream_of, inputs_of, needed_for, topological
 from pipelines.engine.memo import memo, plain
@@ -409,6 +410,20 @@ def test_a_killed_run_keeps_its_finished_frames_and_leaves_no_worker(store, tmp_
     assert after["base"] == after["item"] == after["shift"] == 1
     assert after["square"] == 8
     assert 24 <= after["cell"] <= 24 + 2  # at most the frame that each of two workers held
+
+
+def test_folders_of_killed_runs_are_removed_and_those_of_others_stay(store):
+    runs = store.folder / "runs"
+    killed, living = runs / "tmpkilled", runs / "tmpliving"
+    for folder in (killed, living):
+        folder.mkdir(parents=True)
+        (folder / "events").touch()
+        os.utime(folder, (time.time() - 100,) * 2)
+    handle = os.open(living, os.O_RDONLY)
+    assert lock(handle)
+    go(store)
+    assert [path.name for path in runs.iterdir()] == ["tmpliving"]
+    os.close(handle)
 
 
 def test_two_runs_at_once_share_a_store(store, tmp_path):

@@ -18,7 +18,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from a2v.errors import A2VError
+from a2v.errors import A2VError, printable
 
 SECONDS = 10.0
 MEGABYTES = 1000.0
@@ -173,6 +173,7 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
     assert said
     assert "\n" not in said
     assert len(said) < 1500
+    assert said == printable(said)
     assert seconds < SECONDS
     assert megabytes < MEGABYTES
 

@@ -1,12 +1,12 @@
-"""Compress GLB files by glTF Transform (npm's ``@gltf-transform/cli``, MIT): meshopt or Draco.
+"""Compress and decode GLB files by glTF Transform (npm, MIT): meshopt or Draco.
 
-Node runs it; this module downloads nothing.
+Node runs the package ``@gltf-transform/cli``; this module downloads nothing.
 """
 
 from __future__ import annotations
 
 import os
-import re
+import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -14,13 +14,19 @@ from pathlib import Path
 from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.io import atomic_path, shorten
 from a2v.npm import NpmPackages, find_node
+from a2v.system import link_folder
 
 PACKAGES = NpmPackages("gltf_transform", ("@gltf-transform/cli@4.2.1",))
 KINDS: tuple[str, ...] = ("meshopt", "draco")
 """meshopt (EXT_meshopt_compression) also compresses expressions and clips; Draco
 (KHR_draco_mesh_compression) compresses only the shape."""
+COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
+"""Extensions by which the arrays of a glTF are compressed."""
 SECONDS = 300
 """Time limit of a run, seconds."""
+HEAP_MB = 2048
+"""Memory limit of the decoder, MB."""
+DECODER = Path(__file__).with_name("decompress.mjs")
 _COMMAND = Path("@gltf-transform", "cli", "bin", "cli.js")
 
 
@@ -62,35 +68,61 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
     if kind not in KINDS:
         raise InputError(f"unknown compression '{kind}'; choose from {', '.join(KINDS)}")
     node, program = demand_compression()
-    environment = {
-        name: value for name, value in os.environ.items() if not name.startswith("NODE_")
-    }  # no modules from outside
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "made.glb"
-        command = [node, str(program), kind, str(Path(path).resolve()), str(made)]
-        try:
-            done = subprocess.run(
-                command,
-                capture_output=True,
-                text=True,
-                timeout=SECONDS,
-                env=environment,
-                cwd=folder,
-                check=False,
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise A2VError(
-                f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at "
-                f"{node}"
-            ) from error
-        if done.returncode or not made.exists():
-            told = (
-                re.sub(r"\s+", " ", (done.stderr or done.stdout).strip())
-                or f"exit code {done.returncode}"
-            )
-            raise A2VError(
-                f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it "
-                f"again: {PACKAGES.install_command}"
-            )
+        _run([node, str(program), kind, str(Path(path).resolve()), str(made)], made)
         with atomic_path(path) as temporary:
             temporary.write_bytes(made.read_bytes())
+
+
+def decompress_glb(source: str | os.PathLike[str], target: Path) -> None:
+    """Write a GLB without the compression of its arrays (Draco, meshopt).
+
+    Raises
+    ------
+    MissingDependencyError
+        Node or the package is not installed; the message says how.
+    A2VError
+        glTF Transform failed; the message ends with its output.
+    """
+    node = find_node()
+    if node is None:
+        raise MissingDependencyError(
+            "a compressed glTF needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or "
+            "apt install nodejs), or save the file without compression"
+        )
+    modules = PACKAGES.demand("a compressed glTF", "or save the file without compression")
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(DECODER, folder)  # Node looks for imports next to the script
+        link_folder(Path(folder) / "node_modules", modules.resolve())
+        script = str(Path(folder) / DECODER.name)
+        _run([node, f"--max-old-space-size={HEAP_MB}", script, str(source), str(target)], target)
+
+
+def _run(command: list[str], made: Path) -> None:
+    """Run Node, which writes `made`, without modules of the environment."""
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith("NODE_")
+    }
+    try:
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            env=environment,
+            cwd=made.parent,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise A2VError(
+            f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at "
+            f"{command[0]}"
+        ) from error
+    if done.returncode or not made.exists():
+        lines = [line for line in (done.stderr or done.stdout).splitlines() if line.strip()]
+        told = next((line for line in lines if "Error" in line), " ".join(lines))
+        raise A2VError(
+            f"glTF Transform failed ({shorten(told or f'exit code {done.returncode}')}); leave "
+            f"the compression out, or install it again: {PACKAGES.install_command}"
+        )

@@ -32,6 +32,20 @@ def smallest_kind(count: int) -> type[np.uint16] | type[np.uint32]:
     return np.uint16 if count < 65535 else np.uint32
 
 
+def pack_glb(tree: dict[str, Any], binary: bytes) -> bytes:
+    """Return a binary glTF of its JSON and its binary chunk."""
+    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    return b"".join(
+        (
+            struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)),
+            struct.pack("<I4s", len(text), b"JSON") + text,
+            struct.pack("<I4s", len(binary), b"BIN\0") + binary,
+        )
+    )
+
+
 class Document:
     """A glTF document under construction: JSON plus one binary buffer."""
 

@@ -205,7 +205,6 @@ def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
     rough: dict[str, Any] = {
         "metallicFactor": 0.0,
         "roughnessFactor": _ROUGHNESS[name],
-        "baseColorFactor": [1, 1, 1, 1],
     }
     if "baseColorTexture" in textures:
         rough["baseColorTexture"] = textures["baseColorTexture"]

@@ -6,31 +6,33 @@ Animations are the only change to the given file: its binary chunk is the beginn
 
 from __future__ import annotations
 
-import copy
-import json
+import dataclasses
 import os
-import struct
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from a2v.errors import A2VError, MissingDependencyError
 from a2v.formats.characters import Clips, check_clips
-from a2v.formats.gltf.document import Document
-from a2v.formats.gltf.reading import Gltf, read_glb
+from a2v.formats.gltf.bounds import MAX_JOINTS, MAX_NUMBERS
+from a2v.formats.gltf.compression import COMPRESSED, decompress_glb
+from a2v.formats.gltf.document import Document, pack_glb
+from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
 from a2v.formats.gltf.skins import read_skin
-from a2v.geometry.polar import nearest_rotations
-from a2v.io import atomic_path
+from a2v.io import atomic_path, reading
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, FloatArray
+from a2v.types import Body, FloatArray, IntArray
 
-_UNEVEN = 0.02
-"""Largest relative difference between the scales of a bone along its axes."""
 _HEIGHTS = (0.3, 4.0)
 """Range of leg lengths that are taken as meters; other legs are scaled to `_LEG`."""
+_LEAST_SHARE = 0.1
+"""Smallest height of the mesh, as a share of the height of the bones."""
 _LEG = 0.85
 """Thigh and shin of an adult, meters."""
 
@@ -54,6 +56,9 @@ class Person:
         Height of the soles, meters, which is the ground of the file.
     mover : int
         The bone that moves the whole person: the lowest common ancestor of hips and shoulders.
+    odd : tuple of int
+        Bones that are mirrored, scaled unevenly or to nothing, such as hidden hair. Only bones that
+        carry no joint may be; they keep their pose.
     """
 
     file: Gltf
@@ -63,24 +68,55 @@ class Person:
     unit: float
     floor: float
     mover: int
+    odd: tuple[int, ...] = ()
 
 
-def read_person(path: str | os.PathLike[str]) -> Person:
-    """Read a skinned person from a ``.glb`` or ``.vrm``.
+def read_person(
+    path: str | os.PathLike[str], *, name: str | os.PathLike[str] | None = None
+) -> Person:
+    """Read a skinned person from a ``.glb`` or ``.vrm``. Messages call the file `name`.
 
     Raises
     ------
     InputError
         The file is broken or too large, has no skin, or its bones have no names that
-        `canonical_joints` knows; bones are mirrored or scaled unevenly; the person lies or is
-        upside down.
+        `canonical_joints` knows; bones that carry joints are mirrored or scaled unevenly; the
+        person lies or is upside down.
     """
-    file = read_glb(path)
+    file = dataclasses.replace(_plain(read_glb(path)), path=Path(name or path))
+    with reading(file.path, "person that can be read", "a skinned person in a binary glTF 2.0"):
+        return _read(file)
+
+
+def _plain(file: Gltf) -> Gltf:
+    """Return a file whose arrays are not compressed. Of a VRM this would lose the extensions."""
+    used = file.json.get("extensionsRequired", file.json.get("extensionsUsed"))
+    found = [kind for kind in COMPRESSED if isinstance(used, list) and kind in used]
+    if not found:
+        return file
+    if isinstance(file.json.get("extensions"), dict):
+        raise file.fail(f"is a VRM that is compressed ({found[0]}); save it without compression")
+    most = sum(file.count(index) for index in range(len(file.items("accessors"))))
+    if most > MAX_NUMBERS:
+        raise file.fail(f"unpacks to {most} elements; expected at most {MAX_NUMBERS}")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "in.glb"
+        copy.write_bytes(pack_glb(file.json, file.binary))
+        try:
+            decompress_glb(copy, Path(folder) / "out.glb")
+        except MissingDependencyError:
+            raise
+        except A2VError as error:
+            raise file.fail(f"is compressed ({found[0]}) and cannot be decoded: {error}") from None
+        return read_glb(Path(folder) / "out.glb")
+
+
+def _read(file: Gltf) -> Person:
     if not file.items("skins"):
         raise file.fail("has no skin")
     world, above = file.node_matrices()
     nodes = _bones(file, above)
-    parents = np.array([_nearest(node, nodes, above) for node in nodes])
+    parents = _parents(nodes, above)
     names = _names(file, nodes)
     found = canonical_joints(names, parents.tolist())
     if missing := missing_joints(found):
@@ -90,7 +126,13 @@ def read_person(path: str | os.PathLike[str]) -> Person:
         )
     if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
         raise file.fail("has node positions that are not finite, or too large")
-    turns = _decomposed(file, world[list(nodes)])
+    turns, odd = decomposed(world[list(nodes)])
+    if bad := sorted(set(odd) & _carriers(found, parents)):
+        raise file.fail(
+            f"has bones that are mirrored, scaled to nothing or scaled unevenly "
+            f"({', '.join(names[bone] for bone in bad[:3])}); apply the scale in the program that "
+            "made it"
+        )
     turn, unit = _placed(file, found, world[list(nodes)][:, :3, 3])
     rest = np.tile(np.eye(4), (len(nodes), 1, 1))
     rest[:, :3, :3] = turn @ turns
@@ -98,6 +140,12 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     vertices, faces, weights = read_skin(file, world, nodes)
     placed = unit * (vertices @ turn.T)
     floor = float(placed[:, 1].min())
+    tall = float(placed[:, 1].max()) - floor
+    if tall < _LEAST_SHARE * float(np.ptp(rest[:, 1, 3])):
+        raise file.fail(
+            f"has a mesh of {tall:.3g} m on bones of {float(np.ptp(rest[:, 1, 3])):.3g} m; its "
+            "inverse bind matrices are missing or of another unit"
+        )
     rest[:, 1, 3] -= floor
     placed[:, 1] -= floor
     body = Body(
@@ -114,14 +162,28 @@ def read_person(path: str | os.PathLike[str]) -> Person:
         parts=np.zeros(len(placed), np.int8),
     )
     mover = _mover(found, parents.tolist())
-    return Person(file=file, body=body, nodes=nodes, turn=turn, unit=unit, floor=floor, mover=mover)
+    return Person(
+        file=file, body=body, nodes=nodes, turn=turn, unit=unit, floor=floor, mover=mover, odd=odd
+    )
+
+
+def _carriers(found: Mapping[str, int], parents: IntArray) -> set[int]:
+    """Return the bones of the joints, and those above them."""
+    carriers: set[int] = set()
+    for bone in found.values():
+        while bone >= 0 and bone not in carriers:
+            carriers.add(bone)
+            bone = int(parents[bone])
+    return carriers
 
 
 def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> None:
     """Write the file of a person with further animations, atomically.
 
     Bones at and below `Person.mover` turn, and only `Person.mover` moves. Nodes above it and nodes
-    that are not bones do not change. Names that already exist in the file get a number.
+    that are not bones do not change; the matrix of a node that turns is written as its translation,
+    rotation and scale, since glTF animates only these. Names that already exist in the
+    file get a number.
 
     Parameters
     ----------
@@ -136,16 +198,14 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         A clip does not fit the body, or the file's animations or buffers are invalid.
     """
     file = person.file
-    tree = copy.deepcopy(file.json)
     buffers = file.items("buffers")
     if len(buffers) != 1 or "uri" in buffers[0]:
         raise file.fail("stores its arrays outside of the file, or in several buffers")
     document = Document("")
     document.blob = bytearray(file.binary)
-    document.json = tree
-    for kind in ("accessors", "bufferViews", "animations"):
-        file.items(kind)  # a list of objects, or an error
-        tree.setdefault(kind, [])
+    kinds = ("nodes", "accessors", "bufferViews", "animations")
+    grown = {kind: [*file.items(kind)] for kind in kinds}
+    tree = document.json = file.json | grown | {"buffers": [dict(buffers[0])]}
     taken = {str(animation.get("name", "")) for animation in tree["animations"]}
     for name, (moves, fps) in check_clips(clips, len(person.body.bone_names)).items():
         free = next(
@@ -155,14 +215,9 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         )
         taken.add(free)
         tree["animations"].append(_animation(document, person, free, moves, fps))
-    data = bytes(document.blob) + b"\0" * (-len(document.blob) % 4)
     tree["buffers"][0]["byteLength"] = len(document.blob)
-    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode()
-    text += b" " * (-len(text) % 4)
-    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        stream.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)))
-        stream.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        stream.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(pack_glb(tree, bytes(document.blob)))
 
 
 def _animation(
@@ -171,12 +226,15 @@ def _animation(
     """Make an animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
     file, body = person.file, person.body
     world, above = file.node_matrices()
-    turns = _decomposed(file, world[list(person.nodes)])
+    turns, _ = decomposed(world[list(person.nodes)])
     times = document.accessor((np.arange(len(moves)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
 
     def channel(bone: int, path: str, values: FloatArray) -> None:
+        node = document.json["nodes"][person.nodes[bone]]
+        if "matrix" in node:
+            document.json["nodes"][person.nodes[bone]] = file.without_matrix(node)
         samplers.append(
             {
                 "input": times,
@@ -196,11 +254,11 @@ def _animation(
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent in below:
             below.add(bone)
-        if bone not in below:
+        if bone not in below or {bone, parent} & set(person.odd):
             continue
         outer = above[person.nodes[bone]]
         base = (
-            np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]
+            np.eye(3) if outer < 0 else decomposed(world[outer][None])[0][0]
         )  # relative to the parent node, which may not be a bone
         if bone == person.mover or parent not in below:
             around = np.broadcast_to(base, turned[:, bone].shape)
@@ -220,6 +278,8 @@ def _animation(
 def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
     """Return the nodes that are joints of a skin, or lie between two of them; parents first."""
     joints = {joint for skin in file.items("skins") for joint in file.joints(skin)}
+    if len(joints) > MAX_JOINTS:
+        raise file.fail(f"has {len(joints)} joints in its skins; expected at most {MAX_JOINTS}")
     inside = set(joints)
     for joint in joints:
         path, at = [], above[joint]
@@ -228,6 +288,9 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
             at = above[at]
         if at >= 0:
             inside |= set(path)
+
+    if len(inside) > 2 * MAX_JOINTS:
+        raise file.fail(f"has {len(inside)} bones; expected at most {2 * MAX_JOINTS}")
 
     def depth(node: int) -> int:
         steps = 0
@@ -238,13 +301,16 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
     return tuple(sorted(inside, key=lambda node: (depth(node), node)))
 
 
-def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
-    """Return the index in `nodes` of the nearest ancestor in the list, -1 for none."""
+def _parents(nodes: tuple[int, ...], above: list[int]) -> IntArray:
+    """Return for each of `nodes` the index of its nearest ancestor among them, -1 for none."""
     known = {one: place for place, one in enumerate(nodes)}
-    at = above[node]
-    while at >= 0 and at not in known:
-        at = above[at]
-    return known.get(at, -1)
+    found = []
+    for node in nodes:
+        at = above[node]
+        while at >= 0 and at not in known:
+            at = above[at]
+        found.append(known.get(at, -1))
+    return np.array(found)
 
 
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
@@ -280,22 +346,6 @@ def _humanoid(file: Gltf) -> dict[int, str]:
             file.item("nodes", node)
             found.setdefault(node, str(name)[:200])
     return found
-
-
-def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
-    """Return the rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
-    lengths = np.linalg.norm(world[:, :3, :3], axis=1)
-    sizes = lengths.mean(axis=1)
-    if (
-        (sizes < 1e-9).any()
-        or (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any()
-        or (np.linalg.det(world[:, :3, :3]) <= 0).any()
-    ):
-        raise file.fail(
-            "has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in "
-            "the program that made it"
-        )
-    return nearest_rotations(world[:, :3, :3] / sizes[:, None, None])
 
 
 def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:

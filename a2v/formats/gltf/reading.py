@@ -7,7 +7,6 @@ standard library rather than pygltflib, so that every broken file gives one clea
 from __future__ import annotations
 
 import io
-import json
 import os
 import struct
 from dataclasses import dataclass, field
@@ -17,32 +16,39 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.gltf.bounds import (
+    MAX_IMAGE_SIDE,
+    MAX_ITEMS,
+    MAX_JOINTS,
+    MAX_NUMBERS,
+    excess,
+    parse_gltf,
+)
+from a2v.geometry.polar import nearest_rotations
 from a2v.io import brief, read_bytes, shorten
+from a2v.kinematics import rotmat_to_quat
 from a2v.types import ByteArray, FloatArray
 
 MAX_FILE_BYTES = 128 << 20
-MAX_JSON_BYTES = 16 << 20
-MAX_ITEMS = 50_000
-"""Largest number of nodes, joints, accessors... in a file; characters have hundreds."""
-MAX_JOINTS = 2_000
-"""Largest number of joints of a skin, and of levels of nodes; characters have about a hundred."""
-MAX_ELEMENTS = 4_000_000
 MAX_STRIDE = 252
 """Largest stride of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
-MAX_IMAGE_SIDE = 4096
 
+_UNEVEN = 0.02
+"""Largest relative difference between the scales of a bone along its axes."""
+_LEAST_SIZE = 1e-9
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 @dataclass(frozen=True)
 class Gltf:
-    """A parsed ``.glb``: its JSON and its binary chunk."""
+    """A parsed ``.glb``: its JSON and its binary chunk. It counts the numbers that are read."""
 
     path: Path
     json: dict[str, Any]
     binary: bytes
     _lists: dict[str, list[dict[str, Any]]] = field(default_factory=dict, repr=False, compare=False)
+    _read: list[int] = field(default_factory=lambda: [0], repr=False, compare=False)
 
     def fail(self, what: str) -> InputError:
         """Return an error that names the file."""
@@ -73,12 +79,10 @@ class Gltf:
         return value
 
     def joints(self, skin: dict[str, Any]) -> list[int]:
-        """Return the nodes that are the joints of a skin, each once."""
+        """Return the nodes that are the joints of a skin. Some exporters list one twice."""
         joints = self.indices("nodes", skin.get("joints"), "joints")
-        if not 1 <= len(joints) <= MAX_JOINTS or len(set(joints)) < len(joints):
-            raise self.fail(
-                f"a skin has {len(joints)} joints, or one twice; expected 1 to {MAX_JOINTS}"
-            )
+        if not 1 <= len(joints) <= MAX_JOINTS:
+            raise self.fail(f"a skin has {len(joints)} joints; expected 1 to {MAX_JOINTS}")
         return joints
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
@@ -101,19 +105,29 @@ class Gltf:
             )
         return offset, length, stride
 
-    def accessor(self, index: Any) -> np.ndarray:
+    def count(self, index: Any) -> int:
+        """Return the number of elements that an accessor states."""
+        return self._count(self.item("accessors", index).get("count"), "count")
+
+    def accessor(self, index: Any, only: str = "") -> np.ndarray:
         """Read an accessor as (count, width); normalized integers are mapped to [0, 1] or [-1, 1]
         float32.
 
-        Interleaved views are de-interleaved; sparse accessors are not supported.
+        Interleaved views are de-interleaved; sparse accessors are not supported. `only` is the
+        expected type, such as "VEC3"; another is refused before it is read, as is an accessor by
+        which more than `MAX_NUMBERS` would be read of the file.
         """
-        accessor = self.item("accessors", index)
-        count = self._count(accessor.get("count"), "count")
+        accessor, count = self.item("accessors", index), self.count(index)
         kind, layout = accessor.get("componentType"), accessor.get("type")
         component = _COMPONENTS.get(kind) if isinstance(kind, int) else None
         width = _WIDTHS.get(layout) if isinstance(layout, str) else None
-        if component is None or width is None or "sparse" in accessor or count > MAX_ELEMENTS:
-            raise self.fail(f"accessor {index} is of an unknown, sparse or oversized kind")
+        if component is None or width is None or "sparse" in accessor:
+            raise self.fail(f"accessor {index} is of an unknown or sparse kind")
+        if only and layout != only:
+            raise self.fail(f"accessor {index} is a {layout}; expected {only}")
+        self._read[0] += count * width
+        if self._read[0] > MAX_NUMBERS:
+            raise self.fail(f"accessor {index} goes beyond the {MAX_NUMBERS} numbers that are read")
         if "bufferView" not in accessor:
             return np.zeros((count, width), component)
         start, length, stride = self.view(accessor["bufferView"])
@@ -182,6 +196,19 @@ class Gltf:
             (0, 4, 4)
         ), parents
 
+    def without_matrix(self, node: dict[str, Any]) -> dict[str, Any]:
+        """Return a node with its matrix as translation, rotation and scale."""
+        matrix = self._local_matrix(node)
+        turns, odd = decomposed(matrix[None])
+        scale = np.linalg.norm(matrix[:3, :3], axis=0)
+        if odd and np.abs(turns[0] * scale - matrix[:3, :3]).max() > 1e-3 * scale.max():
+            raise self.fail(f"has a sheared matrix at node {brief(node.get('name', ''))}")
+        return {name: value for name, value in node.items() if name != "matrix"} | {
+            "translation": matrix[:3, 3].tolist(),
+            "rotation": rotmat_to_quat(turns)[0, [1, 2, 3, 0]].tolist(),
+            "scale": scale.tolist(),
+        }
+
     def _local_matrix(self, node: dict[str, Any]) -> np.ndarray:
         try:
             if "matrix" in node:
@@ -212,6 +239,21 @@ class Gltf:
         return value
 
 
+def decomposed(matrices: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+    """Return the rotations (n, 3, 3) of matrices (n, 4, 4), and which are mirrored, scaled to
+    nothing, or scaled unevenly; the nearest rotation of these is a guess."""
+    axes = matrices[:, :3, :3]
+    lengths = np.linalg.norm(axes, axis=1)
+    sizes = lengths.mean(axis=1)
+    flat = sizes < _LEAST_SIZE
+    uneven = (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any(axis=1)
+    odd = flat | uneven | (np.linalg.det(axes) <= 0)
+    units = np.where(
+        flat[:, None, None], np.eye(3), axes / np.maximum(sizes, _LEAST_SIZE)[:, None, None]
+    )
+    return nearest_rotations(units), tuple(np.flatnonzero(odd).tolist())
+
+
 def read_glb(path: str | os.PathLike[str]) -> Gltf:
     """Read the container of a binary glTF 2.0 file.
 
@@ -234,13 +276,11 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
             raise empty.fail("is truncated")
         chunks.setdefault(kind, data[at + 8 : at + 8 + length])
         at += 8 + length
-    text = chunks.get(b"JSON", b"")
-    if not 0 < len(text) <= MAX_JSON_BYTES:
-        raise empty.fail(f"has a JSON chunk of {len(text)} bytes")
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise empty.fail(f"has broken JSON ({shorten(error)})") from error
-    if not isinstance(content, dict):
-        raise empty.fail("has no JSON object")
-    return Gltf(source, content, chunks.get(b"BIN\0", b""))
+        content = parse_gltf(chunks.get(b"JSON", b""))
+    except ValueError as error:
+        raise empty.fail(f"has unusable JSON ({shorten(error)})") from None
+    file = Gltf(source, content, chunks.get(b"BIN\0", b""))
+    if problem := excess(*(file.items(kind) for kind in ("nodes", "skins", "meshes"))):
+        raise file.fail(problem)
+    return file

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from a2v.formats.gltf.bounds import MAX_VERTICES, MAX_WEIGHTS
 from a2v.formats.gltf.reading import Gltf
 from a2v.types import FloatArray, IntArray
-
-MAX_WEIGHTS = 32_000_000
-"""Largest product of the numbers of vertices and bones."""
 
 
 def read_skin(
@@ -39,12 +37,13 @@ def read_skin(
                 or not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys()
             ):
                 continue
-            made, (bones, shares) = _posed(file, attributes, matrices)
-            if (count + len(made)) * len(nodes) > MAX_WEIGHTS:
+            most = count + file.count(attributes["POSITION"])
+            if most * len(nodes) > MAX_WEIGHTS or most > MAX_VERTICES:
                 raise file.fail(
-                    f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a "
-                    f"product of at most {MAX_WEIGHTS}"
+                    f"has {most} vertices and {len(nodes)} bones or more; expected at most "
+                    f"{MAX_VERTICES} vertices, and a product of at most {MAX_WEIGHTS}"
                 )
+            made, (bones, shares) = _posed(file, attributes, matrices)
             points.append(made)
             faces.append(count + _triangles(file, primitive, len(made)))
             rows = np.zeros((len(made), len(nodes)), np.float32)
@@ -65,7 +64,7 @@ def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
     """Return the inverse bind matrices (joints, 4, 4) float64 of a skin."""
     if "inverseBindMatrices" not in skin:
         return np.tile(np.eye(4), (joints, 1, 1))
-    given = file.accessor(skin["inverseBindMatrices"])
+    given = file.accessor(skin["inverseBindMatrices"], "MAT4")
     if given.shape != (joints, 16):
         raise file.fail("does not have one inverse bind matrix per joint")
     return np.swapaxes(given.astype(np.float64).reshape(-1, 4, 4), 1, 2)
@@ -76,7 +75,9 @@ def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
     if primitive.get("mode", 4) != 4:
         return np.zeros((0, 3), np.int64)
     indices = (
-        file.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+        file.accessor(primitive["indices"], "SCALAR").ravel()
+        if "indices" in primitive
+        else np.arange(count)
     )
     used = indices[: len(indices) // 3 * 3].astype(np.int64)
     if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
@@ -90,14 +91,10 @@ def _posed(
     """Return the vertices (n, 3) under the joints' matrices, and the joints and weights (n, 4) of
     each."""
     vertices, joints, weights = (
-        file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+        file.accessor(attributes[name], kind)
+        for name, kind in (("POSITION", "VEC3"), ("JOINTS_0", "VEC4"), ("WEIGHTS_0", "VEC4"))
     )
-    if (
-        vertices.shape[1] != 3
-        or joints.shape != weights.shape
-        or len(joints) != len(vertices)
-        or joints.shape[1] != 4
-    ):
+    if not len(vertices) == len(joints) == len(weights):
         raise file.fail("has a skinned mesh whose positions, joints and weights differ in number")
     vertices, joints, weights = (
         vertices.astype(np.float64),

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import read_bytes, reading
+from a2v.io import open_file, read_bytes, reading
 from a2v.types import FloatArray
 
 MAX_FILE_BYTES = 64 << 20
@@ -56,7 +56,7 @@ class FileSource:
             self._archive = None
         elif path.is_file():
             with reading(path, "zip archive that can be read", "a folder or a zip"):
-                self._archive = zipfile.ZipFile(path)
+                self._archive = zipfile.ZipFile(open_file(path))
                 unpacked = sum(info.file_size for info in self._archive.infolist())
             if unpacked > MAX_ARCHIVE_BYTES:
                 raise InputError(

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from a2v.errors import InputError
+from a2v.io import read_bytes
 from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.motion.flow import FlowNetwork
 from a2v.lab.motion.windows import LinearCode, WindowCodec
@@ -107,7 +108,7 @@ def _exported(path: str) -> Start:
     import onnx
     from onnx import numpy_helper
 
-    proto = onnx.load(path)
+    proto = onnx.load_model_from_string(read_bytes(path))
     said = json.loads(
         next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
     )

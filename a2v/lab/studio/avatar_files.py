@@ -18,7 +18,7 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.errors import InputError
 from a2v.formats.gltf import Gltf, read_glb
-from a2v.formats.gltf.reading import MAX_JOINTS
+from a2v.formats.gltf.bounds import MAX_JOINTS
 from a2v.io import shorten
 from a2v.lab.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray
@@ -100,7 +100,7 @@ def _read_avatar(gltf: Gltf) -> Avatar:
         skin = gltf.item("skins", node["skin"])
         chosen = np.array([slot[joint] for joint in gltf.joints(skin)])
         inverse_bind = (
-            gltf.accessor(skin["inverseBindMatrices"])
+            gltf.accessor(skin["inverseBindMatrices"], "MAT4")
             .reshape(-1, 4, 4)
             .transpose(0, 2, 1)
             .astype(np.float64)
@@ -187,24 +187,26 @@ def _add_primitive(
     ]:
         raise gltf.fail(f"has a mesh without {missing[0]}")
     positions, uv, local, weights = (
-        gltf.accessor(attributes[name])
-        for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0")
+        gltf.accessor(attributes[name], kind)
+        for name, kind in (
+            ("POSITION", "VEC3"),
+            ("TEXCOORD_0", "VEC2"),
+            ("JOINTS_0", "VEC4"),
+            ("WEIGHTS_0", "VEC4"),
+        )
     )
     count = len(positions)
     indices = (
-        gltf.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+        gltf.accessor(primitive["indices"], "SCALAR").ravel()
+        if "indices" in primitive
+        else np.arange(count)
     )
     merged.corner_count += len(indices)
     if merged.vertices + count > MAX_VERTICES or merged.corner_count > 3 * MAX_VERTICES:
         raise gltf.fail(f"has more than {MAX_VERTICES} vertices or triangles")
     if len(merged.faces) >= MAX_PARTS:
         raise gltf.fail(f"has more than {MAX_PARTS} primitives")
-    if (
-        positions.shape[1] != 3
-        or uv.shape != (count, 2)
-        or local.shape != (count, 4)
-        or weights.shape != (count, 4)
-    ):
+    if not count == len(uv) == len(local) == len(weights):
         raise gltf.fail("has a mesh whose attributes differ in length")
     if (
         len(indices) % 3

@@ -364,7 +364,7 @@ def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) 
     assert path.exists()
     again = Library(tmp_path)
     assert (list(again.photos), list(again.jobs), again.damaged) == ([photo.id], [], [])
-    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == [
+    assert sorted(path.name for path in tmp_path.rglob("[!.]*") if path.is_file()) == [
         "original",
         "photo.json",
     ]

@@ -13,7 +13,7 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
-from a2v.io import reading
+from a2v.io import open_file, reading
 from a2v.types import ByteArray, FloatArray
 
 WHEEL = (
@@ -108,7 +108,8 @@ def _of_wheel() -> list[Path]:
 def _read(path: str) -> ByteArray:
     with (
         reading(path, "picture", "a JPEG, PNG or WebP"),
-        Image.open(path, formats=("JPEG", "PNG", "WEBP")) as file,
+        open_file(path) as stream,
+        Image.open(stream, formats=("JPEG", "PNG", "WEBP")) as file,
     ):
         file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded at a smaller size
         image = file.convert("RGB")

@@ -1,0 +1,134 @@
+"""People of the page who are removed at any moment.
+
+The child process here only writes files, in many steps, as the real ones do.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import random
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from starlette.exceptions import HTTPException
+
+from a2v.errors import A2VError
+from a2v.io import atomic_path
+from a2v.perception import Corrections
+from pipelines.serve.desk import Desk
+from pipelines.serve.live import Live
+from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.talk import ORIGINAL, Tell, answer
+from pipelines.serve.wishes import Wish
+from tests.support.page import arrived
+
+WRITER = "from tests.support.races import write; write()"
+STEPS = 60
+STEP_SECONDS = 0.005
+WISH = Wish(action="Walk")
+CORRECTED = Corrections.of({"units": "fractions", "landmarks": {"nose": [0.5, 0.1]}})
+
+
+def write() -> None:
+    """Run as the child process."""
+    answer(_work)
+
+
+def _work(task: Mapping[str, Any], tell: Tell) -> dict[str, object] | None:
+    if task["task"] == "warm":
+        return None
+    if task["task"] in ("open", "look", "video", "outline", "export"):
+        _work.folder = Path(task["folder"])  # type: ignore[attr-defined]
+    folder: Path = _work.folder  # type: ignore[attr-defined]
+    for number in range(STEPS):
+        with atomic_path(folder / "deep" / str(number % 3) / f"{number}.glb") as temporary:
+            temporary.write_bytes(b"a person")
+        time.sleep(STEP_SECONDS)
+    if task["task"] == "look":
+        return {"landmarks": [], "warnings": [], "people": []}
+    return {"files": {"deep/0/0.glb": 8}, "notes": [], "times": {}, "known": True}
+
+
+def photograph(number: int) -> bytes:
+    """A small photo that differs from others in its color."""
+    data = io.BytesIO()
+    shade = np.full((130, 130, 3), (number % 256, number // 256 + 9, 80), np.uint8)
+    Image.fromarray(shade).save(data, "png")
+    return data.getvalue()
+
+
+def busy(desk: Desk, live: Live, number: int, film: bytes) -> tuple[Photo, list[Any]]:
+    """A person of whom something is made, and the requests that are under way."""
+    library = desk.library
+    photo = arrived(library, photograph(number), f"person {number}")
+    work: list[Any] = []
+
+    async def further() -> None:
+        async with desk.arrivals.folder(1 << 20) as folder:
+            (folder / ORIGINAL).write_bytes(photograph(1000 + number))
+            await desk.arrivals.add_more(photo, folder)
+
+    async def filmed() -> None:
+        async with desk.arrivals.folder(1 << 20) as folder:
+            (folder / ORIGINAL).write_bytes(film)
+            await desk.arrivals.add_clip(photo, folder, ".mp4", "film")
+
+    async def corrected() -> None:
+        for _ in range(40):
+            await asyncio.sleep(0.01)
+            desk.correct(photo, CORRECTED)
+
+    async def recorded(job: Job) -> None:
+        await live.open(job)
+        await live.record(True)
+        await live.record(False)
+
+    async def exported(job: Job) -> None:
+        await desk.export(job, "mixamo", ".glb")
+
+    if number % 3:
+        photo.status = "ready"
+        done, _ = library.add_job(photo, WISH), library.add_job(photo, WISH)
+        done.status = "done"
+        library.keep(done)
+        work += [exported(done)] if number % 3 == 1 else [recorded(done)]
+        work += [corrected()] if number % 2 else []
+    work += [further(), filmed()]
+    desk.wake()
+    return photo, work
+
+
+def remove_at_moments(folder: Path, film: bytes, draw: random.Random, moments: int) -> None:
+    """Remove as many people, each at a drawn moment; nothing of anybody may be left."""
+    desk = Desk(Library(folder / "page"), WRITER, cache=str(folder / "store"))
+    live = Live(desk, WRITER)
+    room = desk.library.folder
+
+    async def all_moments() -> None:
+        desk.start()
+        try:
+            for number in range(moments):
+                photo, work = busy(desk, live, number, film)
+                under_way = [asyncio.create_task(one) for one in work]
+                await asyncio.sleep(draw.uniform(0.0, 2.5 * STEPS * STEP_SECONDS))
+                ids = {photo.id, *(job.id for job in desk.library.jobs_of(photo))}
+                await desk.remove(photo)
+                said = await asyncio.gather(*under_way, return_exceptions=True)
+                odd = [e for e in said if e and not isinstance(e, A2VError | HTTPException)]
+                assert not odd, odd
+                left = [path for path in room.rglob("*") if ids & set(path.parts)]
+                assert not left, (number, left)
+            await asyncio.sleep(2 * STEPS * STEP_SECONDS)  # for who still writes
+        finally:
+            await asyncio.gather(desk.close(), live.close())
+
+    asyncio.run(all_moments())
+    files = [path for path in room.rglob("*") if path.is_file() and path.name[0] != "."]
+    assert files in ([], [room / "forgetting"])
+    assert not Library(room).photos
+    assert not Library(room).damaged

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -50,6 +51,9 @@ they end, meters."""
 _LEAST = 1e-5
 """Length below which offsets are dropped, meters."""
 
+FEATURES: tuple[Literal["photo", "model", "skin", "head"], ...] = ("photo", "model", "skin", "head")
+"""Where the features of a canonical character's face come from, best first."""
+
 
 @dataclass(frozen=True)
 class FaceSettings:
@@ -63,12 +67,21 @@ class FaceSettings:
     smoothing : float
         Smoothing of the thin-plate splines, square meters, which lets them miss landmarks for a
         smoother face.
+    features : "photo", "model", "skin" or "head"
+        Of a canonical character: bent to the photo's landmarks; those of the model, in the photo's
+        colors; the model's face painted in the color of the skin; and the whole head painted in the
+        colors of skin and hair. The pipeline takes the first with which a face is found again.
     """
 
     expressions: bool = True
     smoothing: float = 2e-6
+    features: Literal["photo", "model", "skin", "head"] = "photo"
 
     def __post_init__(self) -> None:
+        if self.features not in FEATURES:
+            raise InputError(
+                f"face.features is '{self.features}'; choose from {', '.join(FEATURES)}"
+            )
         if not (np.isfinite(self.smoothing) and self.smoothing >= 0):
             raise InputError(f"face.smoothing is {self.smoothing}; expected 0 or more")
 
@@ -194,7 +207,7 @@ def bend_face(
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
     flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
-    averted = is_averted(subject.face, body, camera)
+    averted = settings.features != "photo" or is_averted(subject.face, body, camera)
     if averted:
         flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
@@ -204,6 +217,14 @@ def bend_face(
         return camera.raised(flat(camera.flatten(points)))
 
     return BentFace(patch, posed, bend(posed), turns, bend, averted)
+
+
+def model_face(body: Body) -> BentFace:
+    """The face of the body as it is."""
+    posed, turns = _posed(body)
+    closing, shifts = actions_of()["mouthClose"]
+    posed[closing] += _CLOSED * np.einsum("vab,vb->va", turns[closing], shifts)
+    return BentFace(face_patch(), posed, posed, turns, np.array, averted=False)
 
 
 def _sewn(

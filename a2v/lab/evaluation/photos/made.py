@@ -11,17 +11,13 @@ from a2v.animation import deform, express, load_rig
 from a2v.animation.rest_pose import rest_transforms
 from a2v.body.face import points_on_face
 from a2v.body.parts import on_parts
-from a2v.geometry.colors import linear_to_srgb
-from a2v.geometry.rays import RayScene
-from a2v.lab.studio.texture import texture_at
+from a2v.reconstruction.beside_photo import Reposed, repose
 from a2v.reconstruction.face.look_again import EXPRESSIONS, expressed, head_of, picture_of_head
 from a2v.rendering.preview import preview_surface
 from a2v.types import (
-    BoolArray,
     ByteArray,
     Character,
     FloatArray,
-    IntArray,
     PhotoCamera,
     Subject,
     Surface,
@@ -58,6 +54,10 @@ class Made:
     character: Character
     motion: FloatArray
     notes: tuple[str, ...] = ()
+
+    def beside(self, *, size: int) -> Reposed:
+        """The character beside the photo, with `size` pixels along the photo's longer side."""
+        return repose(self.surface, self.character.parts, self.subject, self.camera, size=size)
 
     def t_pose(self) -> Surface:
         """The character in T-pose."""
@@ -107,64 +107,6 @@ class Made:
         return dataclasses.replace(
             self.character.surface, vertices=posed.astype(np.float32), face=None
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Reposed:
-    """The character as photographed: on the pixels of the photo, smaller.
-
-    Attributes
-    ----------
-    image : (H, W, 3) float32
-        The photo, sRGB in [0, 1].
-    mask : (H, W) bool
-        The person in the photo.
-    colors : (H, W, 3) float32
-        The character; gray outside.
-    shown : (H, W) bool
-        Where it is.
-    parts : (H, W) int
-        Its body part there, -1 outside.
-    """
-
-    image: FloatArray
-    mask: BoolArray
-    colors: FloatArray
-    shown: BoolArray
-    parts: IntArray
-
-
-def repose(made: Made, *, size: int) -> Reposed:
-    """Draw the character in the pose and by the camera of the photo, with `size` pixels along the
-    photo's longer side."""
-    import cv2
-
-    surface, flat = made.surface, made.camera.flat
-    seen = dataclasses.replace(surface, vertices=made.camera.flatten(surface.vertices))
-    shape = made.subject.image.shape[:2]
-    step = max(shape) / size
-    rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in shape)
-    height, width = len(rows), len(columns)
-    pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1).reshape(-1, 2)
-    far = float(np.abs(seen.vertices[:, 2]).max()) + 1
-    hits = RayScene(seen.vertices, seen.faces).cast(
-        np.asarray(flat.unproject(pixels, far), np.float32), np.array([0, 0, -1], np.float32)
-    )
-    on, parts = hits.hit, np.full(len(pixels), -1, np.int64)
-    colors = np.full((len(pixels), 3), 0.5, np.float32)
-    parts[on] = np.asarray(made.character.parts, np.int64)[seen.faces[hits.face[on], 0]]
-    colors[on] = linear_to_srgb(texture_at(seen, hits.face[on], hits.barycentric[on]))
-    small = cv2.resize(made.subject.image, (width, height), interpolation=cv2.INTER_AREA)
-    mask = cv2.resize(
-        made.subject.mask.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA
-    )
-    return Reposed(
-        small.astype(np.float32) / 255,
-        mask > 0.5,
-        colors.reshape(height, width, 3),
-        on.reshape(height, width),
-        parts.reshape(height, width),
-    )
 
 
 def turned(surface: Surface, azimuth: float, size: int) -> ByteArray:

@@ -8,26 +8,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from a2v.body.parts import PARTS
-from a2v.lab.evaluation.photos.made import Made, Reposed, repose
+from a2v.lab.evaluation.photos.made import Made
 from a2v.lab.evaluation.photos.recognition import face_descriptor
 from a2v.perception.face import FaceDetector
+from a2v.reconstruction.beside_photo import SIZE
 from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.face.facing import turned_away
 from a2v.reconstruction.face.look_again import look_again
-from a2v.types import BoolArray, FloatArray
 
 PROTOCOL = 1
 """Version of the measures."""
 TURN = 35.0
 """Turn of the head at which faces are compared a second time, degrees to either side."""
-LIMBS: Mapping[str, tuple[str, ...]] = {
-    "head": ("head", "neck"),
-    "trunk": ("torso",),
-    "arms": tuple(name for name in PARTS if "arm" in name or "hand" in name),
-    "legs": tuple(name for name in PARTS if any(x in name for x in ("thigh", "shin", "foot"))),
-}
-"""Parts of the body whose colors are measured."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +34,7 @@ class PhotoSettings:
         Width of the pictures of heads in which faces are compared, pixels.
     """
 
-    size: int = 320
+    size: int = SIZE
     head: int = 512
 
 
@@ -85,26 +77,12 @@ def measure(made: Made, settings: PhotoSettings = PhotoSettings()) -> dict[str, 
         "rest", "blink", "open mouth": largest distance of a feature from its place in the face that
         is detected on the character, in distances of the eyes (`look_again`).
     """
-    found = beside_the_photo(repose(made, size=settings.size))
+    found = made.beside(size=settings.size).compared()
     looks = look_again(
         made.character.surface, made.character.surface.vertices, made.character.parts
     )
     found |= {name: glance.worst for name, glance in looks.items()}
     return found | compare_faces(made, size=settings.head)
-
-
-def beside_the_photo(shown: Reposed) -> dict[str, float]:
-    """IoU of the outlines, and mean CIELAB differences; see `measure`."""
-    both = shown.mask & shown.shown
-    away = np.linalg.norm(_lab(shown.image) - _lab(shown.colors), axis=-1)
-    found = {
-        "iou": float(both.sum() / max(int((shown.mask | shown.shown).sum()), 1)),
-        "color": _mean(away, both),
-    }
-    for limb, names in LIMBS.items():
-        own = np.isin(shown.parts, [PARTS.index(name) for name in names])
-        found[f"color, {limb}"] = _mean(away, both & own)
-    return found
 
 
 def compare_faces(made: Made, *, size: int) -> dict[str, float]:
@@ -128,15 +106,3 @@ def compare_faces(made: Made, *, size: int) -> dict[str, float]:
         "face": front,
         "face 35": float(np.mean(turned)),
     }
-
-
-def _lab(picture: FloatArray) -> FloatArray:
-    """CIELAB (H, W, 3) of a picture, sRGB in [0, 1]."""
-    import cv2
-
-    return np.asarray(cv2.cvtColor(np.ascontiguousarray(picture, np.float32), cv2.COLOR_RGB2LAB))
-
-
-def _mean(values: FloatArray, chosen: BoolArray) -> float:
-    """Mean over at least 20 chosen pixels, else NaN."""
-    return float(values[chosen].mean()) if chosen.sum() >= 20 else float("nan")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.geometry.colors import to_bytes
-from a2v.lab.evaluation.photos.made import HEAD_EXTENT, Made, repose, turned
+from a2v.lab.evaluation.photos.made import HEAD_EXTENT, Made, turned
 from a2v.types import ByteArray, FloatArray
 
 SIDES: tuple[float, ...] = (0.0, 90.0, 180.0, 270.0)
@@ -22,7 +22,7 @@ _WHITE = 255
 
 def photo_sheet(made: Made, lines: Sequence[str], *, size: int = 280) -> ByteArray:
     """Draw a sheet (H, 8 size, 3): a row of bodies, a row of heads, and `lines` of text below."""
-    shown = repose(made, size=2 * size)
+    shown = made.beside(size=2 * size)
     body = [
         _fitted(to_bytes(shown.image), size),
         _fitted(to_bytes(np.where(shown.shown[..., None], shown.colors, 0.92)), size),

@@ -90,6 +90,13 @@ def summary_lines(outcomes: Sequence[PhotoOutcome], grades: Mapping[str, Grade])
     return lines
 
 
+def rank_correlation(expected: Sequence[float], grades: Sequence[float]) -> float:
+    """Spearman's rank correlation; ties share their mean rank."""
+    from scipy.stats import spearmanr
+
+    return float(spearmanr(expected, grades)[0])
+
+
 def measures_table(outcomes: Sequence[PhotoOutcome]) -> str:
     """One row per photo with its measures."""
     lines = [

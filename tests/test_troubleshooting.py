@@ -25,6 +25,7 @@ SOURCES = {
         "TURNED_FACE",
         "UNCLEAR_FACE",
     ],
+    "a2v/reconstruction/remarks.py": ["remarks"],
     "a2v/rendering/variant.py": ["choose_variant"],
     "pipelines/nodes/photos.py": ["joint_fit"],
     "pipelines/nodes/place.py": None,

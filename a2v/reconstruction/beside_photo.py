@@ -75,7 +75,7 @@ def repose(
     surface : Surface
         Colored, in the pose of the photo.
     parts : (V,) int
-        Body part of each vertex.
+        Body part of each vertex; empty if they are not known.
     camera : Camera
         Of `subject.image`.
     size : int
@@ -96,7 +96,8 @@ def repose(
     )
     on = hits.hit
     own, colors = np.full(len(pixels), -1, np.int64), np.full((len(pixels), 3), 0.5, np.float32)
-    own[on] = np.asarray(parts, np.int64)[seen.faces[hits.face[on], 0]]
+    if len(parts):
+        own[on] = np.asarray(parts, np.int64)[seen.faces[hits.face[on], 0]]
     weights = np.column_stack([1 - hits.barycentric[on].sum(axis=1), hits.barycentric[on]])
     colors[on] = colors_at(seen, hits.face[on], weights)
     small = cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA)

@@ -10,7 +10,7 @@ from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings, Sight
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
-from pipelines.engine.memo import memo, note, progress
+from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import get, put
 
@@ -137,10 +137,21 @@ def colored_surface(
     photo_camera: Ref[PhotoCamera],
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """Color the surface: as drafted, unless it has another face now."""
-    if surface_with_face.digest == face_draft.digest:
-        return color_draft
-    return put(_colored(surface_with_face, subject, body, photo_camera, color))
+    """Color the surface, as drafted unless it has another face now; look at it beside the photo."""
+    from a2v.reconstruction.beside_photo import repose
+    from a2v.reconstruction.remarks import remarks
+
+    ref = color_draft
+    if surface_with_face.digest != face_draft.digest:
+        ref = put(_colored(surface_with_face, subject, body, photo_camera, color))
+    made, fitted = get(ref, Surface), get(body, Body)
+    parts = fitted.parts[:0] if made.standing is None else made.standing.parts
+    shown = repose(made, parts, get(subject, Subject), get(photo_camera, PhotoCamera))
+    compared = shown.compared()
+    measure(compared)
+    for text in remarks(compared["iou"], fitted):
+        note(text)
+    return ref
 
 
 @memo()

@@ -2,33 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from a2v.reconstruction.beside_photo import LIMBS
 from a2v.types import Body, FloatArray
 
-MATCHED = 0.86
-"""IoU of the outlines of character and photo below which the character does not match."""
+OUTLINE = 0.14
+"""Share of the common outline that may differ between character and photo."""
+COLOR = 15.0
+"""Mean CIELAB difference up to which a limb of the character has the colors of the photo."""
 LYING = 60.0
 """Angle of the trunk from the vertical, degrees, beyond which a person lies."""
 SITTING = 55.0
 """Angle of both thighs from the vertical, degrees, beyond which a person sits or crouches."""
 
 
-def remarks(overlap: float, body: Body) -> list[str]:
+def mismatch(compared: Mapping[str, float]) -> tuple[float, str]:
+    """Return how unlike its photo a character is, by `Reposed.compared`, and by which of its keys.
+    From 1 on, users are told."""
+    found = {"iou": (1 - compared["iou"]) / OUTLINE} | {
+        f"color, {limb}": compared.get(f"color, {limb}", 0.0) / COLOR for limb in LIMBS
+    }
+    known = {name: value for name, value in found.items() if np.isfinite(value)}
+    worst = max(known, key=lambda name: known[name])
+    return known[worst], worst
+
+
+def remarks(compared: Mapping[str, float], body: Body) -> list[str]:
     """Return notes about a character.
 
     Parameters
     ----------
-    overlap : float
-        IoU of the outlines of character and photo (`Reposed.compared`).
+    compared : mapping
+        The character beside its photo (`Reposed.compared`).
     body : Body
         In the pose of the photo.
     """
     found = []
-    if overlap < MATCHED:
+    unlike, what = mismatch(compared)
+    if unlike > 1:
+        said = (
+            f"their outlines share {100 * compared['iou']:.0f} %"
+            if what == "iou"
+            else f"the colors of the {what.removeprefix('color, ')} differ"
+        )
         found.append(
-            f"the character does not match the photo (their outlines share {100 * overlap:.0f} %): "
-            "expect a wrong shape; try another photo, or give --mask and --keypoints"
+            f"the character does not match the photo ({said}): expect a wrong shape or colors; try "
+            "another photo, or give --mask and --keypoints"
         )
     if pose := posture(body):
         found.append(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 
-from a2v.reconstruction.face.build import FEATURES, FaceSettings
 from a2v.reconstruction.face.look_again import Glance, look_again
+from a2v.reconstruction.face.settings import FEATURES, FaceSettings
 from a2v.types import Reconstruction, Surface
 
-OFF = 0.25
+OFF = 0.15
 """Largest distance of a feature from its place, in distances of the eyes' outer corners, with which
 a face is sound."""
 

@@ -149,7 +149,7 @@ def colored_surface(
     shown = repose(made, parts, get(subject, Subject), get(photo_camera, PhotoCamera))
     compared = shown.compared()
     measure(compared)
-    for text in remarks(compared["iou"], fitted):
+    for text in remarks(compared, fitted):
         note(text)
     return ref
 

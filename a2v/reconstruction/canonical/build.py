@@ -41,7 +41,7 @@ from a2v.reconstruction.canonical.wear import (
     without_anatomy,
 )
 from a2v.reconstruction.canvas import surroundings_taken
-from a2v.reconstruction.face.build import FaceSettings
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.limbs_seen import bare_feet
 from a2v.reconstruction.shown import STEP, body_shown
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface

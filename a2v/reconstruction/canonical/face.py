@@ -18,12 +18,12 @@ from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.reconstruction.face.build import (
     BentFace,
-    FaceSettings,
     bend_face,
     face_of,
     model_face,
 )
 from a2v.reconstruction.face.facing import turned_away
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09

@@ -41,17 +41,28 @@ _UNLIKE = 18.0
 """Smallest distance of the color of hair from that of the skin, CIELAB units."""
 _FADE = 0.012
 """Distance from the rim of the face over which its colors fade into those around it, meters."""
-_SIZE, _EXTENT = 640, 0.24
-"""Width of the drawing of the face, pixels and meters."""
-_BROW, _LIP, _IRIS = 0.55, np.array([0.86, 0.66, 0.66]), np.array([0.32, 0.22, 0.15])
-"""Share of the color of the hair in the brows; the lips, relative to the skin; the iris, sRGB."""
+_SIZE = 640
+"""Width of the drawing of the face, pixels."""
+_EXTENT = 0.24
+"""Width of the drawing of the face, meters."""
+_BROW = 0.55
+"""Share of the color of the hair in the brows."""
+_LIP = np.array([0.86, 0.66, 0.66])
+"""Color of the lips relative to the skin."""
+_IRIS = np.array([0.32, 0.22, 0.15])
+"""Color of the irises, sRGB."""
+_WHITE = np.array([0.86, 0.84, 0.82])
+"""Color of the white of the eyes, sRGB."""
+_PUPIL = np.array([0.10, 0.07, 0.06])
+"""Color of the pupils, sRGB."""
 _LID = 0.002
 """Way of the skin in a blink from which on it belongs to the lids, meters."""
-_NOSTRILS, _NOSTRIL = ((2, 98), (2, 327)), 4.0
-"""Pairs of landmarks with a nostril between them, and its radius, pixels."""
+_NOSTRILS = ((2, 98), (2, 327))
+"""Pairs of landmarks with a nostril between them."""
+_NOSTRIL = 4.0
+"""Radius of a nostril, pixels of the drawing."""
 _AROUND = 40
 """Number of vertices around one that smooth the hairline."""
-_WHITE, _DARK = np.array([0.86, 0.84, 0.82]), np.array([0.10, 0.07, 0.06])
 
 
 def with_neutral_face(surface: Surface, spots: Spots, *, whole: bool) -> Surface:
@@ -190,7 +201,7 @@ def _drawing(
         inside = _filled(eyed, lids, _WHITE, soft=0.7)
         round_ = places[list(iris[1:])]
         radius = float(np.linalg.norm(round_ - places[iris[0]], axis=1).mean())
-        for color, size in ((0.6 * _IRIS, 1.0), (_IRIS, 0.88), (_DARK, 0.42)):
+        for color, size in ((0.6 * _IRIS, 1.0), (_IRIS, 0.88), (_PUPIL, 0.42)):
             inside = _filled(inside, _circle(places[iris[0]], size * radius), color, soft=0.7)
         eyed = _lashes(_mixed(eyed, inside, lids, soft=0.7), lids, 0.3 * skin)
     return np.asarray(picture, np.float32), np.asarray(eyed, np.float32)

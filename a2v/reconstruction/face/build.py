@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -21,12 +20,12 @@ from a2v.body.face import (
 )
 from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
-from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.face.bends import Bend, Placing
 from a2v.reconstruction.face.facing import BEFORE, TURNED, behind_limb, is_averted, turned_away
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
@@ -50,40 +49,6 @@ _EYE_REACH = (0.027, 0.036)
 they end, meters."""
 _LEAST = 1e-5
 """Length below which offsets are dropped, meters."""
-
-FEATURES: tuple[Literal["photo", "model", "skin", "head"], ...] = ("photo", "model", "skin", "head")
-"""Where the features of a canonical character's face come from, best first."""
-
-
-@dataclass(frozen=True)
-class FaceSettings:
-    """Settings of the moving face.
-
-    Attributes
-    ----------
-    expressions : bool
-        Lay the face of the body into the surface, with its expressions. Otherwise the face of the
-        surface stays and does not move.
-    smoothing : float
-        Smoothing of the thin-plate splines, square meters, which lets them miss landmarks for a
-        smoother face.
-    features : "photo", "model", "skin" or "head"
-        Of a canonical character: bent to the photo's landmarks; those of the model, in the photo's
-        colors; the model's face painted in the color of the skin; and the whole head painted in the
-        colors of skin and hair. The pipeline takes the first with which a face is found again.
-    """
-
-    expressions: bool = True
-    smoothing: float = 2e-6
-    features: Literal["photo", "model", "skin", "head"] = "photo"
-
-    def __post_init__(self) -> None:
-        if self.features not in FEATURES:
-            raise InputError(
-                f"face.features is '{self.features}'; choose from {', '.join(FEATURES)}"
-            )
-        if not (np.isfinite(self.smoothing) and self.smoothing >= 0):
-            raise InputError(f"face.smoothing is {self.smoothing}; expected 0 or more")
 
 
 def add_face(

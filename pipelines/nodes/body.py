@@ -16,15 +16,20 @@ from pipelines.engine.store import get, put
 def photo_body(
     subject: Ref[Subject], fit: FitSettings, body_model: File | None
 ) -> tuple[Ref[Body], Ref[PhotoCamera]]:
-    """Fit the body model's shape and pose to landmarks and silhouette."""
+    """Fit the body model's shape and pose to landmarks and silhouette.
+
+    Whether a fit that looks wrong gave a wrong character is noted where the character is colored.
+    """
     from a2v.body import doubts, fit_body
+    from a2v.body.confidence import looks_wrong
 
     result = fit_body(
         get(subject, Subject), settings=_with_model(fit, body_model), progress=progress()
     )
     measure(result.residuals)
-    for text in doubts(result.residuals):
-        note(text)
+    if not looks_wrong(result.residuals):
+        for text in doubts(result.residuals):
+            note(text)
     return put(result.body), put(result.camera)
 
 

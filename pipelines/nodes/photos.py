@@ -21,7 +21,6 @@ from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import get, put
 from pipelines.nodes.fits import Fitted
-from pipelines.nodes.reconstruction import build_character
 from pipelines.nodes.subject import found_in
 from pipelines.nodes.values import Blob
 
@@ -173,8 +172,13 @@ def person_of_photos(
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """Make the canonical character from all photos, as `surface_with_face` does for one."""
+    from a2v.reconstruction.canonical import canonical_person, face_note
+
     main, *others = _sights(each_subject, each_surface, surface_fit)
-    return put(build_character(main, figure, face, others))
+    made = canonical_person(main, settings=figure, face=face, others=others)
+    if text := face_note(made.surface):
+        note(text)
+    return put(made)
 
 
 @memo()

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Sequence
 
 from a2v.beside import loading_beside
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings, Sight
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
-from pipelines.engine.memo import memo, note, progress
+from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import get, put
 
@@ -56,7 +55,7 @@ def surface_with_hands(
 
 
 @memo()
-def surface_with_face(
+def face_draft(
     surface_with_hands: Ref[Reconstruction],
     subject: Ref[Subject],
     body: Ref[Body],
@@ -68,7 +67,7 @@ def surface_with_face(
 
     The canonical character has this face already.
     """
-    from a2v.reconstruction.canonical import is_canonical
+    from a2v.reconstruction.canonical import canonical_person, is_canonical
     from a2v.reconstruction.face import add_face
 
     person, camera, fitted = (
@@ -78,26 +77,13 @@ def surface_with_face(
     )
     if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
-    return put(build_character(Sight(get(subject, Subject), fitted, camera, person), figure, face))
-
-
-def build_character(
-    sight: Sight, figure: CharacterSettings, face: FaceSettings, others: Sequence[Sight] = ()
-) -> Reconstruction:
-    """Build the canonical character of one photo and of `others`; a small face is noted."""
-    from a2v.reconstruction.canonical import SMALL_FACE, TURNED_FACE, canonical_person
-
-    made = canonical_person(sight, settings=figure, face=face, others=others)
-    if made.surface.provenance.get("small_face"):
-        note(SMALL_FACE)
-    elif made.surface.provenance.get("turned_face"):
-        note(TURNED_FACE)
-    return made
+    sight = Sight(get(subject, Subject), fitted, camera, person)
+    return put(canonical_person(sight, settings=figure, face=face))
 
 
 @memo()
-def colored_surface(
-    surface_with_face: Ref[Reconstruction],
+def color_draft(
+    face_draft: Ref[Reconstruction],
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
@@ -107,7 +93,65 @@ def colored_surface(
 
     The fitted body shows where the head is.
     """
-    return put(_colored(surface_with_face, subject, body, photo_camera, color))
+    return put(_colored(face_draft, subject, body, photo_camera, color))
+
+
+@memo()
+def surface_with_face(
+    face_draft: Ref[Reconstruction],
+    color_draft: Ref[Surface],
+    surface_with_hands: Ref[Reconstruction],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    face: FaceSettings,
+    figure: CharacterSettings,
+    color: ColorSettings,
+) -> Ref[Reconstruction]:
+    """Look at the face of the canonical character; if it is none, take a simpler one."""
+    from a2v.reconstruction.canonical import canonical_person, face_note
+    from a2v.reconstruction.colorings import color_by_photo
+    from a2v.reconstruction.sound_face import sound_face
+
+    seen, fitted = get(subject, Subject), get(body, Body)
+    camera, drafted = get(photo_camera, PhotoCamera), get(face_draft, Reconstruction)
+    person = get(surface_with_hands, Reconstruction)
+
+    def rebuilt(simpler: FaceSettings) -> tuple[Reconstruction, Surface]:
+        made = canonical_person(Sight(seen, fitted, camera, person), settings=figure, face=simpler)
+        return made, color_by_photo(made, seen, fitted, camera, settings=color)
+
+    made = sound_face(drafted, get(color_draft, Surface), face, rebuilt)
+    if text := face_note(made.surface):
+        note(text)
+    return face_draft if made is drafted else put(made)
+
+
+@memo()
+def colored_surface(
+    surface_with_face: Ref[Reconstruction],
+    face_draft: Ref[Reconstruction],
+    color_draft: Ref[Surface],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    color: ColorSettings,
+) -> Ref[Surface]:
+    """Color the surface, as drafted unless it has another face now; look at it beside the photo."""
+    from a2v.reconstruction.beside_photo import repose
+    from a2v.reconstruction.remarks import remarks
+
+    ref = color_draft
+    if surface_with_face.digest != face_draft.digest:
+        ref = put(_colored(surface_with_face, subject, body, photo_camera, color))
+    made, fitted = get(ref, Surface), get(body, Body)
+    parts = fitted.parts[:0] if made.standing is None else made.standing.parts
+    shown = repose(made, parts, get(subject, Subject), get(photo_camera, PhotoCamera))
+    compared = shown.compared()
+    measure(compared)
+    for text in remarks(compared, fitted):
+        note(text)
+    return ref
 
 
 @memo()

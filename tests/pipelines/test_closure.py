@@ -132,7 +132,7 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         (
             "a2v/reconstruction/color.py",
             {"colored_surface"},
-            {"surface", "photo_body", "body", "surface_with_face"},
+            {"surface", "photo_body", "body", "face_draft"},
         ),
         (
             "a2v/geometry/rays.py",

@@ -2,17 +2,16 @@
 body, displaced to the dressed surface."""
 
 from a2v.reconstruction.canonical.build import canonical_person
-from a2v.reconstruction.canonical.face import SMALL_FACE, TURNED_FACE
+from a2v.reconstruction.canonical.face import face_note
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.settings import CharacterSettings, is_canonical
 from a2v.reconstruction.canonical.several import Sight
 
 __all__ = [
-    "SMALL_FACE",
-    "TURNED_FACE",
     "CharacterSettings",
     "Sight",
     "canonical_person",
+    "face_note",
     "hangs_between_legs",
     "is_canonical",
 ]

@@ -41,7 +41,7 @@ from a2v.reconstruction.canonical.wear import (
     without_anatomy,
 )
 from a2v.reconstruction.canvas import surroundings_taken
-from a2v.reconstruction.face.build import FaceSettings
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.limbs_seen import bare_feet
 from a2v.reconstruction.shown import STEP, body_shown
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
@@ -104,7 +104,7 @@ def canonical_person(
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
-    long = long_hair(sight.subject, body, sight.camera)
+    long = None if laid.features == "head" else long_hair(sight.subject, body, sight.camera)
     if long is not None:
         hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = ~hidden & _dressed(body, rest, laid, bare=bare, ears_shown=covers is False)
@@ -124,12 +124,13 @@ def canonical_person(
         "covered_ears": covers,
         "small_face": laid.small,
         "turned_face": laid.averted,
+        "features": laid.features,
     } | ({"photos": len(sights), "face_photo": shown} if others else {})
     surface = Surface(
         vertices=posed_vertices(standing, body),
         faces=faces.astype(np.int32),
         colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, sights[shown].subject),
+        face=face_on(mesh, laid),
         standing=standing,
         provenance=dict(person.surface.provenance) | found,
     )
@@ -143,6 +144,7 @@ def _dressed(body: Body, rest: RestMesh, laid: Laid, *, bare: bool, ears_shown: 
     of shoes, and ears that the photo shows."""
     mesh, parts = topology(), rest.parts
     own = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, rest.vertices)
+    own &= ~(on_parts(parts, "head") & (laid.features == "head"))
     own &= ~(on_parts(parts, *FEET) if bare else in_tips(body, rest.vertices, parts))
     return np.asarray(own & ~(mesh.spread(ears().astype(np.float64)) > 0) if ears_shown else own)
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.face import EYES, SKIN
+from a2v.body.face import EYES, SKIN, points_on_face
 from a2v.body.fingers import reskinned
+from a2v.body.parts import PARTS
 from a2v.body.registry import load_body_model
 from a2v.body.spots import moved_from_rest
 from a2v.geometry.mesh import cotangent_weights, factored, laplacian
@@ -17,10 +18,12 @@ from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
 from a2v.reconstruction.face.build import (
     BentFace,
-    FaceSettings,
     bend_face,
     face_of,
+    model_face,
 )
+from a2v.reconstruction.face.facing import turned_away
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
@@ -37,12 +40,30 @@ SMALL_FACE = (
     "the face is small in the photo: the character has the body model's own features in the "
     "photo's colors"
 )
+UNCLEAR_FACE = (
+    "the face is unclear in the photo: the character has the body model's own features in the "
+    "photo's colors"
+)
+PAINTED_FACE = (
+    "the photo shows no face that can be used: the character has the body model's own face in the "
+    "color of the person's skin"
+)
+PAINTED_HEAD = (
+    "the photo does not show the head from the front: the character has the body model's own head "
+    "in the colors of the person's skin and hair"
+)
 _MOST = 80.0
 """Angle from the camera, degrees, beyond which faces have no expressions."""
 TURNED_FACE = (
     "the face is turned away in the photo: the character has the body model's own features in the "
     "photo's colors"
 )
+_BEHIND = 110.0
+"""Angle of a head from the camera, degrees, beyond which it is seen from behind."""
+_SHOWN = 0.6
+"""Smallest share of the head's vertices on the person in the photo with which a head is shown."""
+PAINTED = ("skin", "head")
+"""Those of `FEATURES` with which the face is painted."""
 _STIFF = 10.0
 """Smoothing of thin-plate splines, square meters, at which only an affine map remains."""
 
@@ -56,15 +77,22 @@ class Laid:
     reason : str
         "anny", or the reason why there is no face.
     bent : BentFace or None
+    landmarks : (478, 3) or None
+        Mediapipe's landmarks of the face in the photo, or where the face of the model would have
+        them.
     small, averted : bool
         Whether the face in the photo is too small, or turned too far away, to determine its
         features.
+    features : str
+        One of `FEATURES`.
     """
 
     reason: str
     bent: BentFace | None = None
+    landmarks: FloatArray | None = None
     small: bool = False
     averted: bool = False
+    features: str = "photo"
 
     def applied(
         self, posed: FloatArray, rest: FloatArray, turns: FloatArray
@@ -125,13 +153,50 @@ def lay_face(
 ) -> Laid:
     """Lay the face of the body on that of the photo. A small face, and one that is turned away,
     keeps the features of the model: it is only moved, turned and scaled."""
+    if settings.features in PAINTED:
+        return _of_model(body, camera, settings.features, "no face was requested")
     small = subject.face is not None and face_width(subject.face) < SMALL
     if small:
         settings = dataclasses.replace(settings, smoothing=_STIFF)
     bent = bend_face(surface, subject, body, camera, settings=settings, most=_MOST)
     if isinstance(bent, str):
-        return Laid(bent)
-    return Laid("anny", bent, small, bent.averted)
+        return _of_model(
+            body, camera, "head" if head_unseen(subject, body, camera) else "skin", bent
+        )
+    return Laid("anny", bent, subject.face, small, bent.averted, settings.features)
+
+
+def _of_model(body: Body, camera: Camera, features: str, reason: str) -> Laid:
+    """The face of the model as it is, to be painted."""
+    bent = model_face(body)
+    points = points_on_face(bent.posed)
+    landmarks = np.column_stack([camera.project(points), camera.scale * points[:, 2]])
+    return Laid(reason, bent, landmarks.astype(np.float32), features=features)
+
+
+def head_unseen(subject: Subject, body: Body, camera: Camera) -> bool:
+    """Return whether the photo does not show the head from the front or a side: it is seen from
+    behind, or cut off by the border, or hidden."""
+    points = points_on_face(body.vertices)
+    flat = camera.flatten(points)
+    places = np.concatenate([camera.flat.project(flat), camera.flat.scale * flat[:, 2:]], axis=1)
+    if turned_away(places) > _BEHIND:
+        return True
+    head = body.vertices[body.parts == PARTS.index("head")].astype(np.float64)
+    column, row = np.floor(camera.project(head)).astype(np.int64).T
+    height, width = subject.mask.shape
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    shown = subject.mask[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)] > 0.5
+    return bool((inside & shown).mean() < _SHOWN)
+
+
+def face_note(surface: Surface) -> str:
+    """Return the note for the user about the face of a canonical character; empty for none."""
+    found = surface.provenance
+    painted = {"skin": PAINTED_FACE, "head": PAINTED_HEAD, "model": UNCLEAR_FACE}
+    if found.get("features") in painted:
+        return painted[found["features"]]
+    return SMALL_FACE if found.get("small_face") else TURNED_FACE * bool(found.get("turned_face"))
 
 
 def face_width(landmarks: FloatArray) -> float:
@@ -140,7 +205,7 @@ def face_width(landmarks: FloatArray) -> float:
     return float(np.linalg.norm((landmarks[454] - landmarks[234])[:2]))
 
 
-def face_on(mesh: Topology, laid: Laid, subject: Subject) -> Face | None:
+def face_on(mesh: Topology, laid: Laid) -> Face | None:
     """The expressions on the mesh, as offsets at rest."""
     if laid.bent is None:
         return None
@@ -154,14 +219,14 @@ def face_on(mesh: Topology, laid: Laid, subject: Subject) -> Face | None:
     def moved(name: str) -> FloatArray:
         return mesh.spread(np.einsum("vab,vb->va", back, bent.moved(name)))
 
-    assert subject.face is not None
+    assert laid.landmarks is not None
     return face_of(
         moved,
         every,
         patch.astype(np.int32),
         mesh.nearest[patch].astype(np.int32),
         whole[patch].astype(np.uint8),
-        subject.face,
+        laid.landmarks,
     )
 
 

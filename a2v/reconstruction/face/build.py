@@ -20,12 +20,12 @@ from a2v.body.face import (
 )
 from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
-from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.face.bends import Bend, Placing
 from a2v.reconstruction.face.facing import BEFORE, TURNED, behind_limb, is_averted, turned_away
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
+from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
@@ -49,28 +49,6 @@ _EYE_REACH = (0.027, 0.036)
 they end, meters."""
 _LEAST = 1e-5
 """Length below which offsets are dropped, meters."""
-
-
-@dataclass(frozen=True)
-class FaceSettings:
-    """Settings of the moving face.
-
-    Attributes
-    ----------
-    expressions : bool
-        Lay the face of the body into the surface, with its expressions. Otherwise the face of the
-        surface stays and does not move.
-    smoothing : float
-        Smoothing of the thin-plate splines, square meters, which lets them miss landmarks for a
-        smoother face.
-    """
-
-    expressions: bool = True
-    smoothing: float = 2e-6
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.smoothing) and self.smoothing >= 0):
-            raise InputError(f"face.smoothing is {self.smoothing}; expected 0 or more")
 
 
 def add_face(
@@ -194,7 +172,7 @@ def bend_face(
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
     flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
-    averted = is_averted(subject.face, body, camera)
+    averted = settings.features != "photo" or is_averted(subject.face, body, camera)
     if averted:
         flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
@@ -204,6 +182,14 @@ def bend_face(
         return camera.raised(flat(camera.flatten(points)))
 
     return BentFace(patch, posed, bend(posed), turns, bend, averted)
+
+
+def model_face(body: Body) -> BentFace:
+    """The face of the body as it is."""
+    posed, turns = _posed(body)
+    closing, shifts = actions_of()["mouthClose"]
+    posed[closing] += _CLOSED * np.einsum("vab,vb->va", turns[closing], shifts)
+    return BentFace(face_patch(), posed, posed, turns, np.array, averted=False)
 
 
 def _sewn(

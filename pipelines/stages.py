@@ -45,6 +45,5 @@ WORDS: Mapping[str, str] = {
     "engine_character": "exports",
     "glb": "exports",
     "bvh": "exports",
-    "still": "exports",
 }
 """Words by name of the nodes of `pipelines.graph.video_graph`."""

@@ -15,9 +15,10 @@ from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over, fitted_parameters
 from a2v.body.confidence import landmarks_look_wrong, limb_errors, looks_wrong
 from a2v.body.evidence import Evidence, gather_evidence
-from a2v.body.objective import Objective, Rounds
+from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
+from a2v.body.rounds import Rounds
 from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
 from a2v.body.second_photo import best_side, heading
 from a2v.body.settings import FitSettings

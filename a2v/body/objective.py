@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import dataclasses
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,6 +16,7 @@ from a2v.body.lbfgs import GRADIENT, Metric, metric_of, minimize
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.settings import FitSettings
+from a2v.body.shape_prior import shape_prior
 from a2v.body.silhouette import RimMatches, match_rim
 from a2v.body.skin import spread_vertices
 from a2v.body.skinning import BodyState
@@ -31,31 +31,11 @@ if TYPE_CHECKING:
 
 Stage = Literal["depth", "camera", "joints", "silhouette", "surface_joints", "surface"]
 
-# Spreads of the phenotypes, chosen by hand like the table in `pose_space`: age and height are
-# hardly visible in a photo.
-_SHAPE_SPREAD = {
-    "gender": 0.4,
-    "age": 0.05,
-    "muscle": 0.25,
-    "weight": 0.2,
-    "height": 0.05,
-    "proportions": 0.25,
-}
-_GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo. Clothes hide the chest, a silhouette shows too little of it,
-and a wrong chest is visible on men."""
-_GENDER_SPREAD_OF_A_PHOTO = 0.2
-"""Its standard deviation."""
 _SOLES = [
     LANDMARK_INDEX[f"{side}_{place}"]
     for side in ("left", "right")
     for place in ("heel", "foot_index")
 ]
-
-
-FAR = 2.0
-"""Change of an unknown in a round, in units of the metric, after which the metric is computed
-again."""
 
 
 class Objective:
@@ -72,12 +52,8 @@ class Objective:
         """Make the papers' objective (Eq. 15) if `surface` is given, else that of a photo alone."""
         import torch
 
-        self.model, self.evidence, self.settings, self.surface = (
-            model.rounded(),
-            evidence,
-            settings,
-            surface,
-        )
+        self.model, self.surface = model.rounded(), surface
+        self.evidence, self.settings = evidence, settings
         self.space = pose_space(model)
         self.balls = limb_balls(model)
         self._pixels, self._weights = _tensor(evidence.pixels), _tensor(evidence.weights)
@@ -90,32 +66,18 @@ class Objective:
             _tensor(self.space.spread),
             _tensor(self.space.limits),
         )
-        self._shape_mean, self._shape_bounds = (
-            _tensor(model.shape_default),
-            _tensor(model.shape_bounds),
-        )
-        deviations = dict(_SHAPE_SPREAD)
-        if surface is None:
-            self._shape_mean[model.shape_names.index("gender")] = _GENDER_OF_A_PHOTO
-            deviations["gender"] = _GENDER_SPREAD_OF_A_PHOTO
-        self._shape_spread = _tensor(
-            [deviations.get(name, 0.5 if "circ" in name else 0.4) for name in model.shape_names]
-        )
+        mean, spread = shape_prior(model, of_photo=surface is None)
+        self._shape_mean, self._shape_spread = _tensor(mean), _tensor(spread)
+        self._shape_bounds = _tensor(model.shape_bounds)
         if evidence.points is not None:
             known = np.isfinite(evidence.points).all(axis=1)
             self._points = _tensor(np.where(known[:, None], evidence.points, 0.0))
             self._points_weights = _tensor(np.where(known, evidence.weights, 0.0))
         if (dense := evidence.dense) is not None:
-            self._dense_ids, self._dense_depths = (
-                torch.from_numpy(dense.vertex_ids),
-                _tensor(dense.depths),
-            )
-            self._dense_chosen, self._dense_shares = (
-                torch.from_numpy(dense.chosen),
-                _tensor(dense.shares),
-            )
-            self._dense_pixels, self._dense_weights = _tensor(dense.pixels), _tensor(dense.weights)
-            self._dense_depth_weights = _tensor(dense.depth_weights)
+            self._map = {
+                item.name: torch.from_numpy(getattr(dense, item.name))
+                for item in dataclasses.fields(dense)
+            }
         self._prior = load_pose_prior()
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
         self._inner = torch.from_numpy(
@@ -134,7 +96,7 @@ class Objective:
 
         wanted = {"extent": self._extent, "landmarks": self.model.landmark_vertices}
         if stage in ("joints", "silhouette") and self.evidence.dense is not None:
-            wanted["dense"] = self._dense_ids
+            wanted["dense"] = self._map["vertex_ids"]
         if stage == "silhouette" and self.evidence.mask is not None:
             wanted["inner"] = self._inner
             if self._rim is not None:
@@ -295,20 +257,12 @@ class Objective:
     def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:
         """Return the terms of the body map's pixels for the `vertices` (m, 3) around their places;
         `scale` () is the camera's."""
-        s, height = self.settings, self.evidence.height
-        vertices = (self._dense_shares[..., None] * vertices[self._dense_chosen]).sum(-2)
-        seen = term.seen_at(
-            unknowns.project(vertices),
-            self._dense_pixels,
-            weights=self._dense_weights,
-            height=height,
-        )
-        deep = term.depths_agree(
-            scale * vertices[:, 2],
-            self._dense_depths,
-            weights=self._dense_depth_weights,
-            height=height,
-        )
+        s, height, found = self.settings, self.evidence.height, self._map
+        vertices = (found["shares"][..., None] * vertices[found["chosen"]]).sum(-2)
+        pixels, depths = unknowns.project(vertices), scale * vertices[:, 2]
+        seen = term.seen_at(pixels, found["pixels"], weights=found["weights"], height=height)
+        weights = found["depth_weights"]
+        deep = term.depths_agree(depths, found["depths"], weights=weights, height=height)
         return {"dense": s.dense_weight * seen, "dense_depth": s.dense_depth_weight * deep}
 
     def _silhouette(self, unknowns: Unknowns, vertices: dict[str, Tensor]) -> Tensor:
@@ -425,36 +379,6 @@ class Objective:
         minimize(loss, [own], steps=steps, history=20, metric=metric_of(loss, [own]))
         unknowns.angles = others.index_put((index,), own.detach()).requires_grad_()
         return self.cost(unknowns, stage)
-
-
-@dataclass
-class Rounds:
-    """Rounds of a fit: each updates the correspondences of silhouette or surface and lowers the
-    objective, until a round moves nothing."""
-
-    objective: Objective
-    unknowns: Unknowns
-    settings: FitSettings
-    stage: Stage
-
-    def run(self) -> Iterator[int]:
-        """Yield the number of each finished round."""
-        metric, change = None, np.inf
-        for done in range(1, self.settings.rounds + 1):
-            self.objective.renew(self.unknowns, self.stage)
-            if change > FAR:
-                metric = self.objective.metric(self.unknowns, stage=self.stage)
-            # Correspondences that still change are not worth an exact minimum.
-            change = self.objective.minimize(
-                self.unknowns,
-                self.settings.steps,
-                stage=self.stage,
-                metric=metric,
-                gradient=max(GRADIENT, 0.03 * min(change, 10.0)),
-            )
-            yield done
-            if change < self.settings.tolerance:
-                break
 
 
 def _tensor(values: Any) -> Tensor:

@@ -103,7 +103,7 @@ def test_without_a_terminal_lines_come_at_intervals_also_while_nothing_is_told(
     monkeypatch.setattr(pipelines.bar, "LINE_SECONDS", 0.1)
     bars = Bars()
     time.sleep(0.4)
-    bars(Update("surface_with_face", 0, 1))
+    bars(Update("face_draft", 0, 1))
     time.sleep(0.4)
     bars.expect(Clock(frames=12, pictures=12))
     bars(Update("frame", 2, 12))

@@ -192,12 +192,20 @@ for name in ("humanact12-glmi-m", "humanact12"):
     print(f"{name}: first poses from row to row, cm:", np.round(100 * steps, 1))
 
 # %% [markdown]
-# GLMI-M goes smoothly, by one or two centimeters a row, but the whole way is short: the later
-# frames have the same noise, so all rows lift with the same hand. The paper shows a pair that goes
-# from the left hand to the right one, with both hands between them; among 40 pairs of seeds we
-# found none. The flow changes the whole motion, but not smoothly: one hand, both hands with bent
-# legs, both hands overhead. The kinds of lifting are far apart, and the way jumps from one to the
-# next.
+# With this pair GLMI-M goes smoothly, by one or two centimeters a row, but the whole way is short:
+# the later frames have the same noise (the authors' code draws it anew for each row), so all rows
+# lift with the same hand. The paper selects a pair that goes from the left hand to the right one,
+# with both hands between them. Such pairs exist here too:
+#
+# ```
+# a2v motion --model humanact12-glmi-m --action lift_dumbbell --interpolate 5 --seed 164 \
+#     --to-seed 151 --out between.png
+# ```
+#
+# The authors' fine-grained classifier names its five rows left hand, both hands, both hands, right
+# hand, right hand. The flow changes the whole motion, but not smoothly: one hand, both hands with
+# bent legs, both hands overhead. The kinds of lifting are far apart, and the way jumps from one to
+# the next.
 
 # %% [markdown]
 # ## Futures of given poses

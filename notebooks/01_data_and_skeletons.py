@@ -156,9 +156,9 @@ figure.tight_layout()
 
 # %% [markdown]
 # ## Skeletons
-# A tree is covered by chains (Fig. 2 of the conference paper). A rotation vector at a joint turns
-# the bone that ends there relative to the bone before it in its chain, and chains start from the
-# identity; with all rotations zero the person stands in a T.
+# A tree is covered by chains (Fig. 2 of the journal paper, Fig. 7 of the conference paper). A
+# rotation vector at a joint turns the bone that ends there relative to the bone before it in its
+# chain, and chains start from the identity; with all rotations zero the person stands in a T.
 
 # %%
 figure, axes = plt.subplots(1, 3, figsize=(13, 4.6))

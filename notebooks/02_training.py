@@ -313,5 +313,8 @@ display(plot_rows(clips, titles=titles, poses=8, settings=StickSettings(size=150
 #
 # *Answers.* 1: the KL goes to zero: the posterior says nothing that the prior does not know
 # (*posterior collapse*), the reconstruction stays worse, and all samples of an action are alike.
+# The 24 iterations of this page show the KL only: it ends at .01 instead of .07, with the same
+# reconstruction (.058, .056). After 240 it is .0001 instead of .14, and the reconstruction .022
+# instead of .018.
 # 2: the alignment term, since no velocity is inferred; the MLP of Eq. 11. The generator outputs
 # the root's position itself then.

@@ -60,15 +60,20 @@ def play(motion, titles=None, name="clip.mp4"):
 
 # %% [markdown]
 # ## One action, many performances
-# When motions are generated no real frame is there, so each latent vector comes from the prior
-# (Eq. 10), from a standard normal draw $\epsilon_t$:
+# Two kinds of models are shipped. In the papers' VAE (`humanact12-glmi-m` and others) no real frame
+# is there when motions are generated, so each latent vector comes from the prior (Eq. 10), from a
+# standard normal draw $\epsilon_t$:
 #
 # $$\mathbf z_t = \mu_\psi(t) + \sigma_\psi(t) \odot \epsilon_t, \qquad
 # \epsilon_t \sim \mathcal N(0, I), \qquad
 # \hat{\mathbf p}_t = \mathrm{Generator}(\mathbf z_t, \hat{\mathbf p}_{t-1}, \mathbf a, c_t).$$
 #
-# The seed is that noise: the same seed gives the same motion on every machine. All of it is one
-# ONNX graph, which loops over the frames.
+# The cell below runs the other kind, our flow (`humanact12`), which these equations do not
+# describe: it has no loop over frames, but moves one noise vector to the code of a whole window in
+# a few steps ([both models](../docs/motion_models.md#the-models)). The seed is the noise of either:
+# the same seed gives the same motion on every machine. Each model is one ONNX graph. In this
+# notebook `model` and `mocap` are flows; the cell on GLMI and the first rows of *Between two
+# motions* run VAEs.
 
 # %%
 jumps = model.sample("jump", count=4, seed=3, frames=12 if SMALL else 60)
@@ -120,7 +125,10 @@ play(each, titles=list(model.actions))
 # `a2v motion --action 'lift_dumbbell*'` shows them beside each other.
 #
 # ## Transitions
-# The label $\mathbf a$ changes at some frame; the recurrent states stay (journal, Sec. 5.1.4).
+# In the VAE the label $\mathbf a$ changes at some frame and the recurrent states stay (journal,
+# Sec. 5.1.4): `a2v motion --model humanact12-glmi-m --action sit,drink --out sit.mp4`. The cell
+# runs the flow `cmu`, which has no recurrent states: a window with the new label continues the last
+# frames of the window before.
 
 # %%
 two = mocap.sample(["Walk", "Dance"], frames=120, seed=2)
@@ -192,18 +200,27 @@ for name in ("humanact12-glmi-m", "humanact12"):
     print(f"{name}: first poses from row to row, cm:", np.round(100 * steps, 1))
 
 # %% [markdown]
-# GLMI-M goes smoothly, by one or two centimeters a row, but the whole way is short: the later
-# frames have the same noise, so all rows lift with the same hand. The paper shows a pair that goes
-# from the left hand to the right one, with both hands between them; among 40 pairs of seeds we
-# found none. The flow changes the whole motion, but not smoothly: one hand, both hands with bent
-# legs, both hands overhead. The kinds of lifting are far apart, and the way jumps from one to the
-# next.
+# With this pair GLMI-M goes smoothly, by one or two centimeters a row, but the whole way is short:
+# the later frames have the same noise (the authors' code draws it anew for each row), so all rows
+# lift with the same hand. The paper selects a pair that goes from the left hand to the right one,
+# with both hands between them. Such pairs exist here too:
+#
+# ```
+# a2v motion --model humanact12-glmi-m --action lift_dumbbell --interpolate 5 --seed 164 \
+#     --to-seed 151 --out between.png
+# ```
+#
+# The authors' fine-grained classifier names its five rows left hand, both hands, both hands, right
+# hand, right hand. The flow changes the whole motion, but not smoothly: one hand, both hands with
+# bent legs, both hands overhead. The kinds of lifting are far apart, and the way jumps from one to
+# the next.
 
 # %% [markdown]
 # ## Futures of given poses
 # The first poses are given, and the model continues them, differently for each noise (Sec. 5.1.5).
 # They may come from a file of any person's skeleton (`a2v motion --start FILE`); the futures have
-# the body of the start. The black line is the given part.
+# the body of the start. The black line is the given part. The cell runs the flow `cmu`, which sees
+# the last frames of the start; a VAE takes all of them.
 
 # %%
 start = mocap.sample("Walk", frames=14, seed=13)
@@ -215,7 +232,8 @@ for i in range(3):
 # %% [markdown]
 # ## Other bodies
 # Bone lengths are an input of Eq. 6, so any bone can be longer or shorter (conference, Sec. 4.2.6).
-# GLMI sees the longer legs in $\hat{\mathbf p}^o_t$ and takes longer steps.
+# The cell runs the flow `cmu`. Bone lengths enter only its forward kinematics, and the path of the
+# root is scaled by the length of the legs, so that longer legs take longer steps.
 
 # %%
 bodies = {"own": 1.0, "child": 0.65, "long legs": {"legs": 1.4}, "long arms": {"arms": 1.6}}
@@ -324,5 +342,5 @@ print(
 # length of `straight`. Why are the motions in the middle more alike and slower?
 #
 # *Answers.* 1: bones that change their length; `bone_lengths(clips.joints, one.skeleton)` shows it.
-# 2: shorter noise is a lower temperature: $\mathbf z_t$ stays closer to the prior's mean, which is
-# the typical motion.
+# 2: shorter noise is a lower temperature. The VAE's $\mathbf z_t$ stays closer to the prior's mean,
+# and the flow starts closer to the center of its noise; both give the typical motion.

@@ -254,7 +254,9 @@ print(
 # %% [markdown]
 # The same on the person: the network's colors are the guess, the photo's colors are fixed. Without
 # the second term, colors jump at the border of what the photo shows. The printed number is the
-# jump.
+# jump: the second term takes a third of it away. The two pictures hardly differ, because the guess
+# is near the photo's colors here. By default the pipeline does not stop at this: it continues the
+# cloth of the photo ([colors](../docs/color.md)).
 
 # %%
 guessed = looks["network's colors"]

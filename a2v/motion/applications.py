@@ -39,8 +39,9 @@ def interpolate(
 
     For a step model, the first noise vector, which determines the first pose, is interpolated from
     that of ``seeds[0]`` to that of ``seeds[1]``; the noise of later frames is that of ``seeds[0]``
-    in every row. A window model makes each window from one vector: all of them are interpolated, so
-    that the last row is the motion of ``seeds[1]``.
+    in every row, so that rows differ by their first pose alone (the published code draws the later
+    noise anew for each row). A window model makes each window from one vector: all of them are
+    interpolated, so that the last row is the motion of ``seeds[1]``.
 
     Parameters
     ----------

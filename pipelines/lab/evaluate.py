@@ -318,7 +318,11 @@ def _alike(table: Table) -> list[str]:
         f"clips' frequencies: '{REAL_ALIKE}' is the score of recordings here, not a lower "
         "limit. Do not compare rows of this table with the table above.",
         markdown_table(scores),
-        *(["As published, in this protocol:", published] if published else []),
+        *(
+            ["As published, in this protocol (CondGRU: actions as in the data):", published]
+            if published
+            else []
+        ),
     ]
 
 

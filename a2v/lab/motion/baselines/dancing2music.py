@@ -1,5 +1,6 @@
 """Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music,
-implemented from the paper."""
+implemented from the paper and the authors' code (movements decoded from another first pose, codes
+of sequences drawn from the action and noise, a discriminator of these codes)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,91 @@
+"""Numbers on the pages of the motion models are those of the values beside them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from a2v.lab.evaluation.metrics import confidence_interval
+from a2v.lab.evaluation.published import PUBLISHED
+from a2v.lab.evaluation.scores import METRICS
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+VAES = ("plain", "lie", "glmi-m", "glmi-r")
+SETS = ("humanact12", "humanact12-fine", "cmu")
+
+Table = dict[str, list[str]]
+
+
+def tables(page: str) -> list[Table]:
+    """The tables of a page: the other cells of each row by its first."""
+    found: list[Table] = []
+    before = ""
+    for line in (DOCS / page).read_text(encoding="utf-8").splitlines():
+        if line.startswith("|"):
+            if not before.startswith("|"):
+                found.append({})
+            name, *others = (cell.strip() for cell in line.strip("|").split("|"))
+            found[-1][name] = others
+        before = line
+    return found
+
+
+def the_table(page: str, row: str, columns: int, number: int = 0) -> Table:
+    """The `number`-th table with this row and so many columns of values."""
+    return [own for own in tables(page) if len(own.get(row, ())) == columns][number]
+
+
+def measured(name: str) -> dict[str, list[str]]:
+    """Mean and interval of each metric as text, by row of a file of values."""
+    text = (DOCS / "results" / f"{name}.json").read_text(encoding="utf-8")
+    return {
+        row: ["{:.3f} ± {:.3f}".format(*confidence_interval(values[m])) for m in METRICS]
+        for row, values in json.loads(text)["scores"].items()
+    }
+
+
+@pytest.mark.parametrize(("number", "values"), [(0, "motion_cmu"), (1, "motion_cmu.alike")])
+def test_cmus_tables_have_the_measured_values(number: int, values: str) -> None:
+    table = the_table("results/motion_cmu.md", "Real motions", 4, number)
+    scores = measured(values)
+    assert len(scores) >= len(VAES) + 2
+    if values.endswith(".alike"):
+        scores |= measured("motion_cmu_temperature.alike")
+    assert {name: table.get(name) for name in scores} == scores
+
+
+@pytest.mark.parametrize(("column", "values"), [(0, "motion_humanact12"), (2, "motion_cmu")])
+def test_the_overview_has_the_same_values(column: int, values: str) -> None:
+    table = the_table("motion_models.md", "our flow", 3)
+    scores = {name.split(" ")[0]: own for name, own in measured(values).items()}
+    names = {"our flow": "flow", "real": "Real"} | {vae: vae for vae in VAES}
+    for row, name in names.items():
+        assert table[row][column] == " / ".join(scores[name][:2]), row
+
+
+@pytest.mark.parametrize(("column", "dataset"), list(enumerate(SETS)))
+def test_the_overview_has_the_published_values(column: int, dataset: str) -> None:
+    table = the_table("motion_models.md", "plain", 3, 1)
+    for vae in VAES:
+        fid, accuracy = map(float, table[vae][column].split(" / "))
+        assert abs(fid - PUBLISHED[dataset][vae][0]) <= 0.0051, vae
+        assert abs(accuracy - PUBLISHED[dataset][vae][1]) < 1e-9, vae
+
+
+@pytest.mark.parametrize("dataset", SETS)
+def test_baselines_have_the_published_values_in_their_protocol(dataset: str) -> None:
+    page, at = "results/baselines.md", 2 * SETS.index(dataset)
+    alike, as_in_the_data = (
+        the_table(page, "CondGRU, trained here", 4, number) for number in (at, at + 1)
+    )
+    ending = ", as published"
+    for table, expected in ((alike, 4), (as_in_the_data, 1)):
+        rows = [row for row in table if row.endswith(ending)]
+        assert len(rows) == expected
+        assert all(
+            [float(cell) for cell in table[row]] == list(PUBLISHED[dataset][row[: -len(ending)]])
+            for row in rows
+        )
+    assert f"CondGRU{ending}" in as_in_the_data

@@ -113,6 +113,7 @@ def _retarget(
             if file is None
             else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
         )
+        notes += [f"{name}: {note}" for note in motion.provenance.get("notes", ())]
         clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
     write_person(folder / "out.glb" if is_fbx else target, person, clips)
     if is_fbx:

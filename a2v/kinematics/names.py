@@ -162,7 +162,7 @@ def _plain_letters(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", _JAPANESE.get(name, name).lower())
 
 
-def _without_numbers(names: Sequence[str]) -> list[str]:
+def without_numbers(names: Sequence[str]) -> list[str]:
     """Remove the numbers that most names end in, as in files of Sketchfab."""
     shorter = [re.sub(r"(?<=.)_\d+$", "", name) for name in names]
     changed = sum(a != b for a, b in zip(names, shorter, strict=True))
@@ -200,7 +200,7 @@ def canonical_joints(names: Sequence[str], parents: Sequence[int] | None = None)
         Index of each canonical joint that was found. Spine joints are ``spine1``, ``spine2``...
         from the pelvis up (joints between pelvis and neck).
     """
-    names = _without_numbers(names)
+    names = without_numbers(names)
     found = _named_joints(names, parents)
     if missing := missing_joints(found):
         again = _named_joints(_without_shared_words(names), parents)

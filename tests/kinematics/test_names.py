@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from a2v.animation.hands import finger_bones
 from a2v.kinematics import CMU, HUMANACT12, NTU_VIBE
 from a2v.kinematics.names import REQUIRED, canonical_joints
 
@@ -237,3 +238,40 @@ def test_naming_schemes_of_common_tools(scheme: str, above: str) -> None:
 def test_numbers_alone_name_no_joint() -> None:
     """UniRig calls its bones by numbers."""
     assert canonical_joints([f"bone_{i}" for i in range(22)], [*PARENTS, 3, 3]) == {}
+
+
+EXTRAS = {
+    "Character Creator": ["CC_Base_L_UpperarmTwist01", "CC_Base_R_ThighTwist02", "RL_BoneRoot"],
+    "Daz Genesis 8": ["lShldrTwist", "rThighTwist", "lForearmTwist", "pelvis", "lMetatarsals"],
+    "Rigify, DEF": ["DEF-pelvis.L", "DEF-breast.R", "DEF-upper_arm.L.001", "DEF-thigh.R.001"],
+    "MikuMikuDance": [
+        "全ての親",
+        "グルーブ",
+        "左足ＩＫ",
+        "右足D",
+        "左ひざD",
+        "左腕捩",
+        "右手捩",
+        "左親指１",
+    ],
+    "Auto-Rig Pro": ["arm_twist.l", "thigh_twist.r", "c_thumb1.l"],
+    "Unreal": ["ik_foot_root", "ik_foot_l", "upperarm_twist_01_r", "root", "ik_hand_gun"],
+}
+
+
+@pytest.mark.parametrize("scheme", EXTRAS)
+def test_twist_bones_and_helpers_take_no_joints_place(scheme: str) -> None:
+    """They come first in the list here, below the skeleton's root."""
+    extra, own = EXTRAS[scheme], SCHEMES[scheme]
+    names = [own[0], *extra, *own[1:]]
+    parents = [-1] + [0] * len(extra) + [p + len(extra) if p else 0 for p in PARENTS[1:]]
+    found = canonical_joints(names, parents)
+    assert {names[found[name]] for name in WANTED} == set(own)
+
+
+def test_fingers_with_the_numbers_of_sketchfab() -> None:
+    names = [f"{finger}_0{part}_l" for finger in ("thumb", "index") for part in (1, 2, 3)]
+    assert finger_bones(names, "left") == finger_bones(
+        [f"{name}_{20 + i}" for i, name in enumerate(names)], "left"
+    )
+    assert finger_bones(names, "left") == {"thumb": [0, 1, 2], "index": [3, 4, 5]}

@@ -19,7 +19,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.kinematics.ground import smoothed
-from a2v.kinematics.names import split_side
+from a2v.kinematics.names import split_side, without_numbers
 from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
@@ -122,7 +122,7 @@ def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
     """Bones of each of a hand's `FINGERS` from its root, by the names of Anny, SMPL-H and rigs of
     engines; only fingers with three bones."""
     chains: dict[str, dict[int, int]] = {}
-    for bone, name in enumerate(names):
+    for bone, name in enumerate(without_numbers(names)):
         own, base = split_side(name)
         anny = re.fullmatch(r"finger([1-5])([1-3])", base)
         other = re.search(

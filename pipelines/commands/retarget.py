@@ -36,8 +36,8 @@ EXAMPLES = """examples:
   a2v retarget --character theirs.glb --motions dance.bvh --in-place --out moving.glb
   a2v retarget --character theirs.fbx --actions Walk,Run --out clips.fbx
 
-The character must stand upright in its file. Its bones need names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped or Anny, or a .vrm's own list of
-bones. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
+The character must stand upright in its file. Its bones need names of Mixamo, Sketchfab, VRM, Unreal, Unity, Rigify, Character Creator, Daz or other
+common tools, or a .vrm's own list of bones. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
 An .fbx keeps PNG and JPEG pictures of color, normals and emission, embedded or in its folder; other properties of its materials are lost."""
 
 SUFFIXES = (".glb", ".vrm", ".fbx")
@@ -113,6 +113,7 @@ def _retarget(
             if file is None
             else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
         )
+        notes += [f"{name}: {note}" for note in motion.provenance.get("notes", ())]
         clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
     write_person(folder / "out.glb" if is_fbx else target, person, clips)
     if is_fbx:

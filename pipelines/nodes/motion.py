@@ -73,6 +73,8 @@ def recorded_motion(
         made = found.motion
     else:
         made = read_motion(motion_file.path, action=action)
+        for remark in made.provenance.get("notes", ()):
+            note(remark)
     if made.batch:
         made = made[(0,) * len(made.batch)]
     made = retimed(made, fps=fps, speed=edit.speed).first(frames)

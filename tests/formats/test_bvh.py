@@ -19,6 +19,7 @@ from a2v.kinematics import (
     rotvec_to_rotmat,
     skeleton_of,
 )
+from a2v.kinematics.names import canonical_joints
 from tests.support.motions import random_clip
 
 
@@ -191,11 +192,6 @@ def broken() -> dict[str, tuple[str, str, str]]:
         "not a bvh": ("hello\nworld\n", "1", "HIERARCHY"),
         "truncated hierarchy": ("\n".join(good.split("\n")[:20]), "20", "truncated"),
         "no frames": (tiny(frames="0").rsplit(row, 2)[0], "Frame Time", "0 frames"),
-        "frames missing": (
-            "\n".join(good.split("\n")[: n - 1]) + "\n",
-            str(n - 1),
-            "1 frames, fewer than the 2",
-        ),
         "cut in a row": (good[: -len(row) // 2], str(n), "truncated"),
         "nan": (good.replace("10 20 30", "nan 20 30", 1), str(n - 1), "NaN"),
         "nan offset": (good.replace("OFFSET 0 20 0", "OFFSET 0 nan 0", 1), "OFFSET 0 nan 0", "NaN"),
@@ -210,6 +206,13 @@ def broken() -> dict[str, tuple[str, str, str]]:
             "Wrotation",
             "unknown channel 'Wrotation'",
         ),
+        "numbers between commas": (
+            good.replace("0 90 0 0 0 0", "0,90,0,0,0,0", 1),
+            str(n - 1),
+            "separated by spaces",
+        ),
+        "points and commas": (good.replace("10 20 30", "1,5 20.5 30", 1), str(n - 1), "'1,5'"),
+        "wrapped and short": (good.replace("10 20 30", "10 20\n30", 1)[:-3], str(n - 1), "for"),
         "too many numbers": (good.replace("10 20 30", "10 20 30 40", 1), str(n - 1), "for"),
         "zero-length bone": (
             good.replace("JOINT LeftLeg\n{\nOFFSET 0 -40.0 0", "JOINT LeftLeg\n{\nOFFSET 0 0 0", 1),
@@ -255,6 +258,128 @@ def test_broken_files_are_named_with_their_line(tmp_path: Path, case: str) -> No
     assert message.startswith(f"{path}:{line}: "), message
     assert what in message
     assert "\n" not in message
+
+
+TINY = tiny(leg=40.25).replace("10 20 30", "10.5 -20.25 30")
+TOLERATED = {
+    "decimal commas": (TINY.replace(".", ","), "commas"),
+    "no space": (TINY.replace("10.5 -20.25", "10.5-20.25"), "minus"),
+    "no space in an offset": (TINY.replace("OFFSET 0 -40.25", "OFFSET 0-40.25"), "minus"),
+    "wrapped frames": (TINY.replace("10.5 -20.25", "10.5\n-20.25"), "wrapped"),
+    "all frames in a line": (
+        TINY.rstrip("\n").rsplit("\n", 1)[0] + " " + TINY.rstrip("\n").rsplit("\n", 1)[1] + "\n",
+        "wrapped",
+    ),
+    "fewer frames announced": (TINY.replace("Frames: 2", "Frames: 1"), "announces 1 frames"),
+    "more frames announced": (TINY.replace("Frames: 2", "Frames: 9"), "announces 9 frames"),
+}
+
+
+@pytest.mark.parametrize("case", TOLERATED)
+def test_what_blender_reads_is_read_with_a_note(case: str) -> None:
+    text, note = TOLERATED[case]
+    right, motion = read_bvh(TINY), read_bvh(text)
+    assert right.provenance["notes"] == []
+    assert len(motion.provenance["notes"]) == 1
+    assert note in motion.provenance["notes"][0]
+    np.testing.assert_array_equal(motion.joints, right.joints)
+    np.testing.assert_array_equal(motion.rotations, right.rotations)
+    assert motion.fps == right.fps
+
+
+def test_points_in_names_do_not_hide_decimal_commas() -> None:
+    text, _ = TOLERATED["decimal commas"]
+    renamed = text.replace("LeftArm", "LeftArm.001")
+    np.testing.assert_array_equal(read_bvh(renamed).joints, read_bvh(TINY).joints)
+
+
+def _below(text: str, root: str, offset: str, values: str) -> str:
+    """The text with a root of six channels above its own."""
+    head, tail = text.split("\nROOT Hips", 1)
+    tail = tail.replace("}\nMOTION", "}\n}\nMOTION").replace("\n0 90 ", f"\n{values} 0 90 ")
+    channels = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+    return f"{head}\nROOT {root}\n{{\nOFFSET {offset}\n{channels}\nJOINT Hips{tail}"
+
+
+@pytest.mark.parametrize("root", ["Reference", "Root", "Alice"])
+def test_a_root_above_the_hips_becomes_their_path(root: str) -> None:
+    straight = read_bvh(tiny())
+    still = read_bvh(_below(tiny(), root, "0 0 0", "0 0 0 0 0 0"))
+    assert still.joint_names == straight.joint_names
+    assert still.provenance["units"] == "centimeters"
+    assert root in still.provenance["notes"][0]
+    np.testing.assert_allclose(still.joints, straight.joints, atol=1e-6)
+    np.testing.assert_allclose(still.rotations, straight.rotations, atol=1e-6)
+    moved = read_bvh(_below(tiny(), root, "0 0 0", "50 0 20 0 0 0"))
+    np.testing.assert_allclose(
+        moved.joints - straight.joints, [[[0.5, 0, 0.2]] * 20] * 2, atol=1e-6
+    )
+    assert (
+        read_bvh(_below(tiny(), root, "0 0 0", "0 0 0 0 0 0"), person=False).joint_names[0] == root
+    )
+
+
+def test_a_handstand_stays_and_a_file_upside_down_is_turned() -> None:
+    arms = {"18 30 0": "18 30 0", "28 0 0": "0 28 0", "-28 0 0": "0 28 0", "25 0 0": "0 40 0"}
+    text = tiny()
+    for old, new in {**arms, "-25 0 0": "0 40 0", "OFFSET 8 0 0": "OFFSET 0 8 0"}.items():
+        text = text.replace(f"OFFSET {old}\n", f"OFFSET {new}\n")
+    hands = read_bvh(text.replace("\n0 90 0 0 0 0", "\n0 124 0 180 0 0"))
+    assert hands.provenance["up"] == "y"
+    head, hip = (hands.joints[0, hands.joint_names.index(name), 1] for name in ("Head", "Hips"))
+    assert head < hip
+    turned = read_bvh(text.replace("\n0 90 0 0 0 0", "\n0 -90 0 180 0 0"))
+    assert turned.provenance["up"] == "-y"
+    assert turned.joints[0, turned.joint_names.index("Head"), 1] > 1.4
+
+
+def test_an_upper_body_is_called_that() -> None:
+    text = tiny()
+    for name in ("UpLeg", "Leg", "Foot"):
+        for side in ("Left", "Right"):
+            text = text.replace(f"JOINT {side}{name}", f"JOINT Cable{side}{name}x")
+    with pytest.raises(InputError, match="upper body"):
+        read_bvh(text)
+
+
+STRANGERS = {
+    "r01_locale_comma": "decimal commas",
+    "r02_missing_space": "minus",
+    "r09_reference_root": "Reference",
+    "r11_deepmotion_jnt": "",
+    "r12_character_creator": "",
+    "r13_daz_genesis8": "",
+    "r15_smpl_m_avg": "",
+    "r16_rigify_def": "",
+}
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_files_of_other_tools_are_the_same_walk(data_dir: Path, name: str) -> None:
+    file = data_dir / "strangers" / f"{name}.bvh"
+    if not file.is_file():
+        pytest.skip(f"{file} is not present")
+    motion = read_bvh(file)
+    notes = motion.provenance["notes"]
+    assert len(notes) == bool(STRANGERS[name])
+    assert not notes or STRANGERS[name] in notes[0]
+    assert motion.provenance["units"] == "centimeters"
+    assert motion.provenance["up"] == "y"
+    found = canonical_joints(motion.joint_names, motion.parents.tolist())
+    first = {key: motion.joints[0, found[key], 1] for key in ("pelvis", "neck", "head")}
+    assert first == pytest.approx({"pelvis": 0.965, "neck": 1.465, "head": 1.555}, abs=0.002)
+    assert found["pelvis"] == 0
+
+
+def test_the_strangers_handstand_and_upper_body(data_dir: Path) -> None:
+    files = [data_dir / "strangers" / f"{n}.bvh" for n in ("r28_handstand", "r24_upper_body_only")]
+    if not all(file.is_file() for file in files):
+        pytest.skip(f"{files[0]} or {files[1].name} is not present")
+    motion = read_bvh(files[0])
+    head, hips = (motion.joints[:, motion.joint_names.index(name), 1] for name in ("Head", "Hips"))
+    assert (head < hips - 0.4).all()
+    with pytest.raises(InputError, match="upper body"):
+        read_bvh(files[1])
 
 
 def test_missing_file_and_folder_and_suffix(tmp_path: Path) -> None:

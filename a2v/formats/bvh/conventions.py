@@ -3,13 +3,14 @@ axis."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.bvh.parsing import BvhFile
+from a2v.formats.bvh.parsing import ROTATION_AXES, BvhFile
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
@@ -57,6 +58,15 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
                 "bone of zero length"
             )
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    if {"left_wrist", "right_wrist"} <= set(every) and not any(
+        f"{side}_{joint}" in every
+        for side in ("left", "right")
+        for joint in ("hip", "knee", "ankle")
+    ):
+        raise InputError(
+            f"{file.source}:{file.nodes[0].line}: the skeleton is an upper body: no hips, knees or "
+            "ankles; expected a whole person: export the motion with its legs"
+        )
     raise InputError(
         f"{file.source}:{file.nodes[0].line}: unknown joints: no "
         f"{', '.join(name.replace('_', ' ') for name in missing[:4])}"
@@ -105,6 +115,23 @@ def demand_limbs(
                 f"{file.source}:{node.line}: the bone of '{node.name}' is "
                 f"{length[index] / middle:.0f} times as long as a limb"
             )
+
+
+def without_rest_frame(file: BvhFile) -> tuple[BvhFile, bool]:
+    """Drop the first frame if it is the rest pose; return the file and whether it was dropped.
+    CMU's conversions start with a T-pose."""
+    columns = [
+        node.first + place
+        for node in file.nodes
+        for place, name in enumerate(node.channels or ())
+        if name in ROTATION_AXES
+    ]
+    values = file.values
+    if len(values) > 2 and columns:  # nearly all zeros, and a jump to the next frame
+        steps = np.abs((np.diff(values[:3, columns], axis=0) + 180) % 360 - 180).max(axis=1)
+        if (values[0, columns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
+            return dataclasses.replace(file, values=values[1:]), True
+    return file, False
 
 
 def choose_scale(
@@ -184,7 +211,8 @@ def _height(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, in
         if {f"{s}_ankle", f"{s}_hip"} <= set(canonical)
     ]
     top = canonical.get("head", canonical.get("neck", canonical.get("left_shoulder", 0)))
-    return (float(np.mean(legs)) + reach(top, 0)) * 1.17 if legs else float(length.sum())
+    trunk = reach(top, canonical.get("pelvis", 0))
+    return (float(np.mean(legs)) + trunk) * 1.17 if legs else float(length.sum())
 
 
 def guess_up_axis(
@@ -223,11 +251,18 @@ def guess_up_axis(
         axis, sign = in_motion, np.sign(moving[in_motion])
     elif abs(standing[in_rest]) > 0.5 * size:
         axis, sign = in_rest, np.sign(standing[in_rest])
-        if in_rest == in_motion and upright:
+        if in_rest == in_motion and upright and not _on_hands(joints[..., in_rest] * sign, legs):
             sign = np.sign(moving[in_motion])  # the root turns the whole rest pose
     else:
         axis, sign = (in_motion, np.sign(moving[in_motion])) if upright else (1, 1.0)
     return ("" if sign > 0 else "-") + "xyz"[axis]
+
+
+def _on_hands(heights: FloatArray, leg: float) -> bool:
+    """Whether a person upside down is in a handstand: `heights` (T, J) of the joints along the rest
+    pose's upward axis have the pelvis, the first, well above zero and the lowest near zero."""
+    pelvis, lowest = np.median(heights[:, 0]), np.median(heights.min(axis=1))
+    return bool(pelvis > 0.6 * leg and abs(lowest) < 0.4 * leg)
 
 
 def y_up_rotmat(axis: str) -> FloatArray:

@@ -20,6 +20,11 @@ MAX_VALUE = 1e6
 ROTATION_AXES = {"Xrotation": 0, "Yrotation": 1, "Zrotation": 2}
 POSITION_AXES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 
+_NUMBERS = re.compile(r"\s*(OFFSET\s|Frame Time\s*:|[-+.,\d])", re.IGNORECASE)
+"""Start of a line that holds numbers."""
+_COMMA = re.compile(r"(?<=\d),(?=\d)")
+_JOINED = re.compile(r"(?<=[\d.])-(?=[\d.])")
+
 _Fail = Callable[[int, str], InputError]
 
 
@@ -66,19 +71,23 @@ class BvhFile:
         Seconds.
     values : (T, C) float64
         Degrees and the file's units, one column per channel.
-    dropped : bool
-        Whether a first frame in the rest pose was left out.
+    notes : tuple of str
+        What was read although the format forbids it, a sentence each.
     """
 
     source: str
     nodes: list[Node]
     frame_time: float
     values: FloatArray
-    dropped: bool
+    notes: tuple[str, ...] = ()
 
 
 def parse_bvh(text: str, source: str) -> BvhFile:
     """Parse a file's text; `source` is its name in messages.
+
+    As in Blender, decimal commas, numbers without a space before a minus sign, frames wrapped over
+    lines and a number of frames that differs from the announced one are read; `BvhFile.notes` lists
+    them.
 
     Raises
     ------
@@ -93,11 +102,34 @@ def parse_bvh(text: str, source: str) -> BvhFile:
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if not text.strip():
         raise fail(1, "the file is empty; expected a BVH file that starts with HIERARCHY")
+    notes = _mend_numbers(lines, text)
     hierarchy = _Hierarchy(fail)
     row = hierarchy.read(lines)
-    frame_time, values = _parse_motion(lines, row, hierarchy.columns, len(hierarchy.nodes), fail)
-    values, dropped = _without_rest_frame(values, hierarchy.nodes)
-    return BvhFile(source, hierarchy.nodes, frame_time, values, dropped)
+    table = _Table(lines, hierarchy.columns, len(hierarchy.nodes), fail, notes)
+    frame_time, values = table.read(row)
+    return BvhFile(source, hierarchy.nodes, frame_time, values, tuple(notes))
+
+
+def _mend_numbers(lines: list[str], text: str) -> list[str]:
+    """Write the numbers in `lines` (changed in place) with a point and with a space before a minus
+    sign; return notes. Commas stay if any number has a point."""
+    commas, joined = "," in text, _JOINED.search(text) is not None
+    if not (commas or joined):
+        return []
+    rows = [i for i, line in enumerate(lines) if _NUMBERS.match(line)]
+    commas = commas and not any("." in lines[i] for i in rows)
+    notes = []
+    for wanted, pattern, by, note in (
+        (commas, _COMMA, ".", "decimal commas were read as points"),
+        (joined, _JOINED, " -", "numbers without a space before a minus sign were separated"),
+    ):
+        count = 0
+        for i in rows if wanted else ():
+            lines[i], changed = pattern.subn(by, lines[i])
+            count += changed
+        if count:
+            notes.append(note)
+    return notes
 
 
 @dataclass
@@ -231,96 +263,109 @@ class _Hierarchy:
         self.columns += len(names)
 
 
-def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[FloatArray, bool]:
-    """Drop the first frame if it is the rest pose; return the table and whether it was dropped.
-    CMU's conversions start with a T-pose."""
-    columns = [
-        node.first + place
-        for node in nodes
-        for place, name in enumerate(node.channels or ())
-        if name in ROTATION_AXES
-    ]
-    if len(values) > 2 and columns:  # nearly all zeros, and a jump to the next frame
-        steps = np.abs((np.diff(values[:3, columns], axis=0) + 180) % 360 - 180).max(axis=1)
-        if (values[0, columns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
-            return values[1:], True
-    return values, False
+@dataclass(frozen=True)
+class _Table:
+    """The part after the line MOTION: `count` channels of `joints` joints per frame."""
 
+    lines: Sequence[str]
+    count: int
+    joints: int
+    fail: _Fail
+    notes: list[str]
 
-def _parse_motion(
-    lines: list[str], row: int, count: int, joints: int, fail: _Fail
-) -> tuple[float, FloatArray]:
-    """Parse the seconds per frame and the table (T, count) of `joints` joints after the line
-    MOTION, which is line `row`."""
-    head: dict[str, float] = {}
-    while row < len(lines) and len(head) < 2:
-        raw = lines[row].strip()
-        row += 1
-        if not raw:
-            continue
-        found = re.match(r"^(Frames|Frame Time)\s*:\s*(\S*)$", raw, flags=re.IGNORECASE)
-        if not found:
-            raise fail(row, f"expected 'Frames:' and 'Frame Time:', found '{raw[:40]}'")
-        try:
-            head[found.group(1).lower()] = float(found.group(2))
-        except ValueError:
-            raise fail(row, f"'{found.group(2)}' is no number") from None
-    if len(head) < 2:
-        raise fail(len(lines), "the file ends before 'Frames:' and 'Frame Time:'; it is truncated")
-    frames, frame_time = head["frames"], head["frame time"]
-    if not (math.isfinite(frames) and frames == int(frames) and frames >= 1):
-        raise fail(row, f"the file says it has {frames:g} frames; expected at least 1")
-    if not (math.isfinite(frame_time) and 1e-4 <= frame_time <= 10):
-        raise fail(row, f"Frame Time is {frame_time:g} s; expected 0.0001 to 10")
-    if frames * count > MAX_NUMBERS:
-        raise fail(
-            row,
-            f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or "
-            "subsample the file",
-        )
-    if frames * joints > MAX_JOINT_FRAMES:
-        raise fail(
-            row,
-            f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: "
-            "cut or subsample the file",
-        )
-    numbers = [i for i in range(row, len(lines)) if lines[i].strip()]
-    rows: list[FloatArray] = []
-    for i in numbers:
-        words = lines[i].split()
+    def read(self, row: int) -> tuple[float, FloatArray]:
+        """Parse the seconds per frame and the table (T, count); MOTION is line `row`."""
+        frames, frame_time, row = self._head(row)
+        self._demand_size(frames, row)
+        numbers = [i for i in range(row, len(self.lines)) if self.lines[i].strip()]
+        if not numbers:
+            raise self.fail(
+                len(self.lines),
+                f"no frames after the header that announces {frames}; the file is truncated",
+            )
+        rows: list[FloatArray] = []
+        total = 0
+        for i in numbers:
+            rows.append(self._numbers(i))
+            total += len(rows[-1])
+            if total > frames * self.count:
+                self._demand_size(-(-total // self.count), i + 1)
+        uneven = [i for i, values in zip(numbers, rows, strict=True) if len(values) != self.count]
+        if uneven and total == frames * self.count:
+            self.notes.append("frames that are wrapped over several lines were joined")
+            return frame_time, np.concatenate(rows).reshape(-1, self.count)
+        if uneven:
+            found = len(rows[numbers.index(uneven[0])])
+            last = uneven[0] == numbers[-1] and found < self.count
+            raise self.fail(
+                uneven[0] + 1,
+                f"{found} numbers for {self.count} channels"
+                + ("; the file is truncated" if last else ""),
+            )
+        if len(rows) != frames:
+            self.notes.append(
+                f"the file announces {frames} frames and has {len(rows)}: all are read"
+            )
+        return frame_time, np.stack(rows)
+
+    def _head(self, row: int) -> tuple[int, float, int]:
+        """Parse the number of frames, the seconds per frame and the first line of the table."""
+        head: dict[str, float] = {}
+        while row < len(self.lines) and len(head) < 2:
+            raw = self.lines[row].strip()
+            row += 1
+            if not raw:
+                continue
+            found = re.match(r"^(Frames|Frame Time)\s*:\s*(\S*)$", raw, flags=re.IGNORECASE)
+            if not found:
+                raise self.fail(row, f"expected 'Frames:' and 'Frame Time:', found '{raw[:40]}'")
+            try:
+                head[found.group(1).lower()] = float(found.group(2))
+            except ValueError:
+                raise self.fail(row, f"'{found.group(2)}' is no number") from None
+        if len(head) < 2:
+            raise self.fail(
+                len(self.lines),
+                "the file ends before 'Frames:' and 'Frame Time:'; it is truncated",
+            )
+        frames, frame_time = head["frames"], head["frame time"]
+        if not (math.isfinite(frames) and frames == int(frames) and frames >= 1):
+            raise self.fail(row, f"the file says it has {frames:g} frames; expected at least 1")
+        if not (math.isfinite(frame_time) and 1e-4 <= frame_time <= 10):
+            raise self.fail(row, f"Frame Time is {frame_time:g} s; expected 0.0001 to 10")
+        return int(frames), frame_time, row
+
+    def _demand_size(self, frames: int, line: int) -> None:
+        for each, what, most, things in (
+            (self.count, "channels", MAX_NUMBERS, "numbers"),
+            (self.joints, "joints", MAX_JOINT_FRAMES, "positions"),
+        ):
+            if frames * each > most:
+                raise self.fail(
+                    line,
+                    f"{frames:g} frames of {each} {what} are more than {most:,} {things}: cut or "
+                    "subsample the file",
+                )
+
+    def _numbers(self, row: int) -> FloatArray:
+        """Parse the numbers of a line."""
+        words = self.lines[row].split()
         try:
             values = np.array(words, dtype=np.float64)
         except ValueError:
             bad = next(word for word in words if not _is_number(word))
-            raise fail(i + 1, f"'{bad[:20]}' is no number") from None
-        if len(values) != count:
-            last = i == numbers[-1] and len(values) < count
-            raise fail(
-                i + 1,
-                f"{len(values)} numbers for {count} channels"
-                + ("; the file is truncated" if last else ""),
-            )
+            hint = "; expected numbers separated by spaces" if "," in bad else ""
+            raise self.fail(row + 1, f"'{bad[:20]}' is no number{hint}") from None
         if not np.isfinite(values).all():
-            raise fail(
-                i + 1,
+            raise self.fail(
+                row + 1,
                 f"NaN or infinite number in channel {int(np.argmin(np.isfinite(values))) + 1}",
             )
         if np.abs(values).max() > MAX_VALUE:
-            raise fail(i + 1, f"a value of {np.abs(values).max():.3g} is absurd for a motion")
-        rows.append(values)
-    if not rows:
-        raise fail(
-            len(lines),
-            f"no frames after the header that announces {frames:g}; the file is truncated",
-        )
-    if len(rows) != frames:
-        more = "more" if len(rows) > frames else "fewer"
-        raise fail(
-            numbers[-1] + 1,
-            f"{len(rows)} frames, {more} than the {frames:g} announced"
-            + ("; it is truncated" if more == "fewer" else ""),
-        )
-    return frame_time, np.stack(rows)
+            raise self.fail(
+                row + 1, f"a value of {np.abs(values).max():.3g} is absurd for a motion"
+            )
+        return values
 
 
 def _is_number(word: str) -> bool:

@@ -16,6 +16,7 @@ from a2v.formats.bvh.conventions import (
     demand_limbs,
     demand_person,
     guess_up_axis,
+    without_rest_frame,
     y_up_rotmat,
 )
 from a2v.formats.bvh.parsing import POSITION_AXES, ROTATION_AXES, BvhFile, parse_bvh
@@ -44,7 +45,9 @@ def read_bvh(
 
     Channels and rotations may have any order. Position channels on any joint replace its OFFSET, as
     in Blender and MotionBuilder. End Sites become joints ``<parent>_end``. Joints at the place of
-    their parent (zero offset, such as CMU's ``LHipJoint``) are merged into it.
+    their parent (zero offset, such as CMU's ``LHipJoint``) are merged into it. A root that carries
+    only the pelvis (MotionBuilder's ``Reference``) becomes part of the pelvis's path.
+    ``motion.provenance["notes"]`` lists what was read although it breaks the format (`parse_bvh`).
 
     Parameters
     ----------
@@ -78,9 +81,13 @@ def read_bvh(
     """
     text, source = _read_text(path, name)
     with reading(source, "BVH file that can be read"):
-        file = parse_bvh(text, source)
+        file, dropped = without_rest_frame(parse_bvh(text, source))
     local, world, rotmats = _transforms(file)
     tree = _merge(file, local)
+    notes = list(file.notes)
+    if person and (above := tree.above_pelvis()):
+        tree = tree.from_pelvis()
+        notes.append(f"{', '.join(above)} above the pelvis became part of its path")
     if person:
         demand_person(file, tree.canonical, tree.names)
         demand_limbs(file, local, tree.keep, tree.canonical)
@@ -91,7 +98,8 @@ def read_bvh(
         "units": unit,
         "scale": scale,
         "up": axis,
-        "dropped_rest_frame": file.dropped,
+        "dropped_rest_frame": dropped,
+        "notes": notes,
     }
     to_y_up = y_up_rotmat(axis)
     posed = _Posed(local=local, world=(world * scale) @ to_y_up.T, rotmats=to_y_up @ rotmats)
@@ -112,6 +120,26 @@ class _Tree:
     canonical: dict[str, int]
     bearers: list[int]
     offsets: FloatArray
+
+    def above_pelvis(self) -> list[str]:
+        """Names of the joints above the pelvis if all others are below it."""
+        pelvis = self.canonical.get("pelvis", 0)
+        return (
+            self.names[:pelvis]
+            if self.parents[1 : pelvis + 1] == list(range(pelvis))
+            and min(self.parents[pelvis + 1 :], default=pelvis) >= pelvis
+            else []
+        )
+
+    def from_pelvis(self) -> _Tree:
+        """Return the joints from the pelvis on; the pelvis, now the root, bears itself."""
+        pelvis = self.canonical["pelvis"]
+        tree = self.ordered(
+            range(pelvis, len(self.names)),
+            [max(parent - pelvis, -1) for parent in self.parents[pelvis:]],
+        )
+        tree.bearers[0], tree.offsets[0] = tree.keep[0], 0
+        return tree
 
     def ordered(self, order: Sequence[int], parents: list[int]) -> _Tree:
         """Return the joints in another order, with their parents in that order."""

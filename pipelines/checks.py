@@ -281,6 +281,7 @@ EXTRAS = {
     "ray": ("ray", "runs nodes on a Ray cluster"),
     "notebooks": ("ipywidgets", "notebooks with widgets"),
     "vmc": ("pythonosc", "sends live poses to programs for VRM avatars"),
+    "evaluation": ("dlib", "compares faces in a2v evaluate photos"),
     "heic": ("pillow_heif", "reads photos of iPhones"),
 }
 """Optional parts by extra: a module that shows whether it is installed, and what it does."""

@@ -38,6 +38,7 @@ OUR_OWN = {
     "a2v/rendering/video.py:write_within": "just written, in a temporary folder",
     "a2v/system.py:peak": "of the kernel",
     "pipelines/checks.py:check_person": "in our wheel",
+    "pipelines/lab/evaluate_photos.py:_outcome": "records of a measurement here",
     "pipelines/commands/serve.py:_open": "no file: the browser",
     "pipelines/engine/closure.py:closure": "our own code",
     "pipelines/engine/closure.py:_module": "our own code",

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path, sha256
+from a2v.io import atomic_path, say, sha256
 from a2v.lab.evaluation.photos.made import Made
 from a2v.lab.evaluation.photos.measures import PROTOCOL, PhotoOutcome, PhotoSettings, measure
 from a2v.lab.evaluation.photos.recognition import load_models
@@ -101,7 +100,7 @@ def run(options: Options) -> Answer:
         for done, photo in enumerate(photos, 1):
             outcomes.append(_outcome(options, photo, out))
             if outcomes[-1].failure:
-                print(f"{photo.name} failed: {outcomes[-1].failure}", file=sys.stderr)
+                say(f"{photo.name} failed: {outcomes[-1].failure}")
             progress(done, len(photos))
     text = [
         "# Characters from real photographs",

@@ -107,7 +107,7 @@ def test_a_file_of_steps(tmp_path: Path) -> None:
         ("- {action: walk, time: 2}", "unknown entry"),
         ("- {action: walk, seconds: two}", "expected a number"),
         ("- {action: walk, seconds: 2, frames: 3}", "both seconds"),
-        ("- {action: transcendence}", "nearest"),
+        ("- {action: transcendence}", "none of the actions that are known"),
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=words):

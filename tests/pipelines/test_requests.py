@@ -27,6 +27,7 @@ from pipelines.serve.wishes import Wish
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
+    "face.features": "model",
     "action": "Jump",
     "timeline": "t.yaml",
     "model": "cmu",

@@ -100,8 +100,8 @@ def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
     assert [step.action for step in expected["steps"]] == ["Walk slowly", "Jump"]
     assert "walking slowly" in " ".join(prompt.notes)
     assert plain.notes == (
-        "'Walk' is taken for Walk [motion_cmu_fine]",
-        "'Jump' is taken for Jump [motion_cmu_fine]",
+        "'Walk' is taken for Walk [CMU motion capture]",
+        "'Jump' is taken for Jump [CMU motion capture]",
     )
     assert prompt.tasks[0].key == plain.tasks[0].key
     assert prompt.tasks[1].key == same.tasks[1].key != plain.tasks[1].key

@@ -122,7 +122,7 @@ play(each, titles=list(model.actions))
 # %% [markdown]
 # Models of fine-grained actions have several labels of one kind. There,
 # `matching_actions(model, "lift_dumbbell*")` returns all of them, and
-# `a2v motion --action 'lift_dumbbell*'` shows them beside each other.
+# `a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png` shows them beside each other.
 #
 # ## Transitions
 # In the VAE the label $\mathbf a$ changes at some frame and the recurrent states stay (journal,

@@ -100,9 +100,12 @@ def here(tmp_path_factory: pytest.TempPathFactory, store: Store) -> Path:
     folder = tmp_path_factory.mktemp("user")
     write_files(folder, store.folder)
     shutil.copy(PHOTO, folder / "me.jpg")
-    for name in ("dance.bvh", "mine.bvh", "live-1.bvh", "b.bvh", "clip.bvh"):
+    for name in ("dance.bvh", "mine.bvh", "live-1.bvh", "clip.bvh"):
         shutil.copy(folder / "own.bvh", folder / name)
     shutil.copy(folder / "own.npz", folder / "a.npz")
+    assert (
+        main(["motion", "--action", "Walk", "--seconds", "2", "--out", str(folder / "b.bvh")]) == 0
+    )
     (folder / "keys.yaml").write_text(KEYS)
     (folder / "cameras.yaml").write_text("hero: {azimuth: 30}\n")
     (folder / "a2v" / "samples").mkdir(parents=True)
@@ -128,7 +131,8 @@ def test_an_example_runs(line, here, store, monkeypatch):
     monkeypatch.setenv("A2V_CACHE", str(store.folder))
     words = shlex.split(line)[1:]
     quick = QUICK.get(words[0], "").split()
-    if "--seconds" in words:  # the length comes from the quick options
+    given = {"--keyframes", "--start-pose", "--end-pose"}  # these need the whole length
+    if "--seconds" in words and not given.intersection(words):
         place = words.index("--seconds")
         words[place + 1 : place + 2] = ["0.2"] if "--frames" not in quick else []
         if "--frames" in quick:

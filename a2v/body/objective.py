@@ -374,7 +374,7 @@ class Objective:
 
         def loss() -> Tensor:
             unknowns.angles = others.index_put((index,), own)
-            return torch.stack(list(self.terms(unknowns, stage).values())).sum()
+            return self._loss(unknowns, stage)
 
         minimize(loss, [own], steps=steps, history=20, metric=metric_of(loss, [own]))
         unknowns.angles = others.index_put((index,), own.detach()).requires_grad_()

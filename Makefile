@@ -5,8 +5,8 @@ PHOTO ?= a2v/samples/person.jpg
 ACTION ?= Walk
 OUT ?= out/video
 WORKERS ?= 2
-CASES ?= 300
-# of make fuzz: which inputs are drawn, and a file for what was tried
+# of make fuzz: how many inputs are tried, which are drawn, and a file for the numbers
+CASES ?= 3000
 SEED ?= 1
 REPORT ?=
 # rendering.py runs Cycles in an environment of its own, through rendering_cycles.py
@@ -43,8 +43,8 @@ test-fast: setup ## the quick files of tests, in under three minutes: for whoeve
 slow: setup ## measure every test and list the slow files in tests/slow.txt, which test-fast leaves out
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder --note-slow $(ARGS)
 
-fuzz: setup ## hostile files, options and requests: CASES=300 of each kind, drawn by SEED=1, told in REPORT=FILE
-	@A2V_FUZZ=$(CASES) A2V_FUZZ_REPORT=$(REPORT) $(PY) -m pytest tests/fuzz --hypothesis-seed=$(SEED) $(ARGS)
+fuzz: setup ## hostile files, options and requests: CASES=3000 in all, drawn by SEED=1, told in REPORT=FILE
+	@PYTHONPATH=. $(PY) scripts/fuzz.py --cases $(CASES) --seed $(SEED) $(if $(REPORT),--report $(REPORT)) $(ARGS)
 
 bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done

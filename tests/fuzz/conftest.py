@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -31,22 +33,10 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         whole.add(tally)
     if not whole.cases:
         return
-    said = f"{whole.cases:,} hostile inputs: {whole.refused:,} refused in a sentence, the slowest took {whole.slowest:.1f} s of processor time, none more than {whole.megabytes:.0f} MB; {whole.files:,} files were written, all whole; {whole.deleted:,} photos and videos were deleted, nothing of them left"
-    terminalreporter.write_line(said)
+    terminalreporter.write_line(whole.sentence())
     if path := os.environ.get("A2V_FUZZ_REPORT"):
         failed = [
             report.nodeid.split("::")[-1] for report in terminalreporter.stats.get("failed", [])
         ]
-        rows = [
-            f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} "
-            f"| {one.files:,} | {one.deleted:,} |"
-            for name, one in sorted(TALLIES.items())
-        ]
-        head = [
-            "| test | inputs | refused | slowest, s | MB at most | files written | deleted |",
-            "| --- | ---: | ---: | ---: | ---: | ---: | ---: |",
-        ]
-        Path(path).write_text(
-            "\n".join([f"{said}; failed: {', '.join(failed) or 'none'}.", "", *head, *rows, ""]),
-            encoding="utf-8",
-        )
+        tests = {name: asdict(tally) for name, tally in TALLIES.items()}
+        Path(path).write_text(json.dumps({"failed": failed, "tests": tests}), encoding="utf-8")

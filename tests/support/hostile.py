@@ -56,6 +56,15 @@ class Tally:
         )
         self.files, self.deleted = self.files + other.files, self.deleted + other.deleted
 
+    def sentence(self) -> str:
+        """The counts in words."""
+        return (
+            f"{self.cases:,} hostile inputs: {self.refused:,} refused in a sentence, the slowest "
+            f"took {self.slowest:.1f} s of processor time, none more than {self.megabytes:.0f} MB; "
+            f"{self.files:,} files were written, all whole; {self.deleted:,} photos and videos "
+            "were deleted, nothing of them left"
+        )
+
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
 """Number of cases per reader, set by `make fuzz`; 0 in the suite."""

@@ -1,6 +1,7 @@
 """People of the page who are removed at any moment.
 
-The child process here only writes files, in many steps, as the real ones do.
+`WRITER` is a child process that only writes files, in many steps, as the real ones do; the real
+ones take the ready person.
 """
 
 from __future__ import annotations
@@ -20,17 +21,20 @@ from starlette.exceptions import HTTPException
 from a2v.errors import A2VError
 from a2v.io import atomic_path
 from a2v.perception import Corrections
+from a2v.samples.ready import PHOTO
+from pipelines.commands.serve import COMPUTE
 from pipelines.serve.desk import Desk
 from pipelines.serve.live import Live
 from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import ORIGINAL, Tell, answer
 from pipelines.serve.wishes import Wish
 from tests.support.page import arrived
+from tests.support.ready_store import fill
 
 WRITER = "from tests.support.races import write; write()"
 STEPS = 60
 STEP_SECONDS = 0.005
-WISH = Wish(action="Walk")
+WISH = Wish(action="Walk", seconds=0.5, views=("front",), size=128, spp=1)
 CORRECTED = Corrections.of({"units": "fractions", "landmarks": {"nose": [0.5, 0.1]}})
 
 
@@ -62,10 +66,12 @@ def photograph(number: int) -> bytes:
     return data.getvalue()
 
 
-def busy(desk: Desk, live: Live, number: int, film: bytes) -> tuple[Photo, list[Any]]:
+def busy(
+    desk: Desk, live: Live, number: int, film: bytes, picture: bytes
+) -> tuple[Photo, list[Any]]:
     """A person of whom something is made, and the requests that are under way."""
     library = desk.library
-    photo = arrived(library, photograph(number), f"person {number}")
+    photo = arrived(library, picture, f"person {number}")
     work: list[Any] = []
 
     async def further() -> None:
@@ -103,9 +109,15 @@ def busy(desk: Desk, live: Live, number: int, film: bytes) -> tuple[Photo, list[
     return photo, work
 
 
-def remove_at_moments(folder: Path, film: bytes, draw: random.Random, moments: int) -> None:
-    """Remove as many people, each at a drawn moment; nothing of anybody may be left."""
-    desk = Desk(Library(folder / "page"), WRITER, cache=str(folder / "store"))
+def remove_at_moments(
+    folder: Path, film: bytes, draw: random.Random, moments: int, *, real: bool = False
+) -> None:
+    """Remove as many people, each at a drawn moment; nothing of anybody may be left.
+
+    With `real` the maker and the looker are those of the page, and each person is the ready one.
+    """
+    code, longest = (COMPUTE, 6.0) if real else (WRITER, 2.5 * STEPS * STEP_SECONDS)
+    desk = Desk(Library(folder / "page"), code, cache=str(folder / "store"), workers=1)
     live = Live(desk, WRITER)
     room = desk.library.folder
 
@@ -113,9 +125,12 @@ def remove_at_moments(folder: Path, film: bytes, draw: random.Random, moments: i
         desk.start()
         try:
             for number in range(moments):
-                photo, work = busy(desk, live, number, film)
+                if real:
+                    fill(folder / "store")  # removing a person forgets what was made of them
+                picture = PHOTO.read_bytes() if real else photograph(number)
+                photo, work = busy(desk, live, number, film, picture)
                 under_way = [asyncio.create_task(one) for one in work]
-                await asyncio.sleep(draw.uniform(0.0, 2.5 * STEPS * STEP_SECONDS))
+                await asyncio.sleep(draw.uniform(0.0, longest))
                 ids = {photo.id, *(job.id for job in desk.library.jobs_of(photo))}
                 await desk.remove(photo)
                 said = await asyncio.gather(*under_way, return_exceptions=True)
@@ -123,7 +138,7 @@ def remove_at_moments(folder: Path, film: bytes, draw: random.Random, moments: i
                 assert not odd, odd
                 left = [path for path in room.rglob("*") if ids & set(path.parts)]
                 assert not left, (number, left)
-            await asyncio.sleep(2 * STEPS * STEP_SECONDS)  # for who still writes
+            await asyncio.sleep(longest)  # for who still writes
         finally:
             await asyncio.gather(desk.close(), live.close())
 

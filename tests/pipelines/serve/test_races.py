@@ -82,6 +82,11 @@ def test_a_person_is_removed_at_fifty_moments(tmp_path: Path, film: bytes) -> No
     remove_at_moments(tmp_path, film, random.Random(58), MOMENTS)
 
 
+def test_the_real_maker_and_looker_lose_their_person(tmp_path: Path, film: bytes) -> None:
+    """With `make fuzz`'s count many more moments."""
+    remove_at_moments(tmp_path, film, random.Random(59), 30 if COUNT else 4, real=True)
+
+
 def test_a_live_session_ends_with_its_video(tmp_path: Path) -> None:
     desk = Desk(Library(tmp_path / "page"), WRITER, cache=str(tmp_path / "store"))
     live = Live(desk, WRITER)

@@ -182,6 +182,7 @@ class MotionModel:
         *,
         active: FloatArray | None = None,
         headings: FloatArray | None = None,
+        noise_scale: float = 1.0,
     ) -> FloatArray:
         """Generate joints (N, T, J, 3) float32, meters, with the distribution of the data's
         windows.
@@ -202,6 +203,8 @@ class MotionModel:
             For window models: the fraction of a window in which each clip moves, and its first
             heading (radians about +y from +z) if headings were not learned. Default: drawn for each
             action.
+        noise_scale : float
+            Factor on the noise: 1 over the card's temperature samples a VAE from its prior.
 
         Raises
         ------
@@ -209,7 +212,7 @@ class MotionModel:
             `frames` is larger than a window.
         """
         return self.sampler.generate_like_data(
-            WindowRequest(labels, lengths, frames, active, headings), generator
+            WindowRequest(labels, lengths, frames, active, headings, noise_scale), generator
         )
 
     def to_native(self, joints: FloatArray) -> FloatArray:

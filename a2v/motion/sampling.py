@@ -70,6 +70,8 @@ class WindowRequest:
     headings : (N,) float or None
         First heading of each clip, radians about +y from +z, if headings were not learned; None
         draws it in the same way.
+    noise_scale : float
+        Factor on the noise.
     """
 
     labels: IntArray
@@ -77,6 +79,7 @@ class WindowRequest:
     frames: int
     active: FloatArray | None = None
     headings: FloatArray | None = None
+    noise_scale: float = 1.0
 
 
 class Sampler(Protocol):
@@ -124,11 +127,11 @@ def checked_results(
     return joints, rotations
 
 
-def normal_noise(generator: np.random.Generator) -> Noise:
+def normal_noise(generator: np.random.Generator, scale: float = 1.0) -> Noise:
     """Return a `Noise` that draws from a generator, call after call."""
 
     def draw(shape: tuple[int, ...], at: int) -> FloatArray:
-        return generator.standard_normal(shape, dtype=np.float32)
+        return generator.standard_normal(shape, dtype=np.float32) * np.float32(scale)
 
     return draw
 

@@ -74,7 +74,8 @@ class StepSampler:
     ) -> FloatArray:
         """See `Sampler`. Ends and headings of the data's clips were learned, and cannot be set."""
         labels = np.repeat(request.labels[:, None], request.frames, axis=1)
-        return self.generate(ClipRequest(labels, request.lengths, normal_noise(generator)))[0]
+        noise = normal_noise(generator, request.noise_scale)
+        return self.generate(ClipRequest(labels, request.lengths, noise))[0]
 
     def _continue(
         self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray

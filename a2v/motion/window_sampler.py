@@ -265,7 +265,9 @@ class WindowSampler:
             active = np.array(
                 [generator.choice(self.active_shares(int(label))) for label in request.labels]
             )
-        noise = normal_noise(generator)((len(request.labels), self.card.latent_size), 0)
+        noise = normal_noise(generator, request.noise_scale)(
+            (len(request.labels), self.card.latent_size), 0
+        )
         joints = self.run(request.labels, active=active, noise=noise, lengths=request.lengths)[0][
             :, : request.frames
         ]

@@ -43,6 +43,7 @@ class Table:
         self.out, self.dataset, self.evaluator, self._protocol = out, dataset, evaluator, protocol
         self._described = {
             name: {"sha256": model.sha256, "trained_on": model.trained_on or None}
+            | ({} if model.temperature == 1 else {"temperature": model.temperature})
             for name, model in opened.items()
         }
         self.models: Mapping[str, Generate] = {

@@ -18,6 +18,7 @@ EXAMPLES = f"""examples:
   a2v train motion --dataset cmu --data ../shared/data --out runs/cmu
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/lie --vae.decoder lie --iterations 20000 --threads 1
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/mine --evaluator classifier.tar     with a running FID
+  a2v train motion --dataset cmu --data ../shared/data --out runs/on --initial runs/cmu/checkpoint.pt --learning-rate 5e-5     train on
 
 OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v
 video and export/sample.py. --held-out names subjects that are not learned from (auto: about a

@@ -19,8 +19,9 @@ Generate = Callable[[IntArray, FloatArray, np.random.Generator], FloatArray]
 """``(labels (N,), bone lengths (N, J) native, generator) -> native joints (N, T, J, 3)``."""
 
 
-def generator_of(model: MotionModel, frames: int) -> Generate:
-    """Return an exported model as a source for the protocol."""
+def generator_of(model: MotionModel, frames: int, *, noise_scale: float = 1.0) -> Generate:
+    """Return an exported model as a source for the protocol; see
+    `MotionModel.generate_like_data`."""
 
     def generate(
         labels: IntArray, lengths: FloatArray, generator: np.random.Generator
@@ -28,7 +29,11 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
         joints = []
         for start in range(0, len(labels), PART):
             part = slice(start, start + PART)
-            joints.append(model.generate_like_data(labels[part], lengths[part], frames, generator))
+            joints.append(
+                model.generate_like_data(
+                    labels[part], lengths[part], frames, generator, noise_scale=noise_scale
+                )
+            )
         return model.to_native(np.concatenate(joints))
 
     return generate

@@ -15,6 +15,7 @@ import torch
 from torch import nn
 
 from a2v.errors import InputError
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.motion.losses import AlignmentLoss, ReconstructionLoss, vae_losses
 from a2v.lab.motion.networks import VAESettings
@@ -68,6 +69,10 @@ class TrainSettings(RunSettings):
         which the published weights of the KL term were tuned (see docs/research/motion-vae.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit, as in the paper.
+    initial : str
+        ``checkpoint.pt`` of another run, whose weights the training begins with (a restart with
+        other settings); empty for drawn weights. The shipped .onnx files lack the posterior, which
+        training needs.
     """
 
     iterations: int = 50_000
@@ -85,6 +90,7 @@ class TrainSettings(RunSettings):
     alignment: AlignmentLoss = field(default="norm", metadata=NEWER)
     reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
+    initial: str = field(default="", metadata=NEWER)
 
     def __post_init__(self) -> None:
         if not 0 <= self.teacher_forcing <= 1:
@@ -124,6 +130,8 @@ class VAETraining(Training):
         torch.manual_seed(settings.seed)
         self.settings, self.dataset, self.device = settings, dataset.name, settings.claim()
         self.model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(self.device)
+        if settings.initial:
+            _begin_with(settings.initial, self.model)
         self.optimizer = torch.optim.Adam(
             self.model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
         )
@@ -186,6 +194,24 @@ class VAETraining(Training):
         """See `Training`."""
         self.model.load_state_dict(content["model"])
         self.generator.bit_generator.state = content["generator"]
+
+
+def _begin_with(path: str, model: MotionVAE) -> None:
+    """Set the weights of `model` to those of another run.
+
+    Raises
+    ------
+    InputError
+        The file is not the checkpoint of a VAE, or has other sizes.
+    """
+    content = read_checkpoint(path, VAETraining.STORED)
+    try:
+        model.load_state_dict(content["model"])
+    except (RuntimeError, TypeError, AttributeError):  # torch lists every weight
+        raise InputError(
+            f"initial: {path} has other layers than this training; give a checkpoint.pt of a2v "
+            "train motion of the same data set and --vae settings"
+        ) from None
 
 
 def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> VAETraining:

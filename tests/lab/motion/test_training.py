@@ -72,6 +72,20 @@ def test_resuming_with_other_settings_is_refused(tmp_path):
         )
 
 
+def test_a_run_begins_with_the_weights_of_another(tmp_path):
+    short = dataclasses.replace(SETTINGS, iterations=2)
+    first = train(waving(), tmp_path / "first", vae=SMALL, settings=short)
+    begun = dataclasses.replace(short, initial=str(tmp_path / "first" / "checkpoint.pt"), seed=1)
+    training = start(waving(), SMALL, begun)
+    for (name, a), b in zip(first.named_parameters(), training.model.parameters(), strict=True):
+        assert torch.equal(a, b), name
+    assert train(waving(), tmp_path / "on", vae=SMALL, settings=begun) is not None
+    with pytest.raises(InputError, match="other layers"):
+        start(waving(), dataclasses.replace(SMALL, decoder="plain"), begun)
+    with pytest.raises(InputError, match="does not exist"):
+        start(waving(), SMALL, dataclasses.replace(short, initial=str(tmp_path / "none.pt")))
+
+
 def test_glmi_needs_a_trajectory():
     with pytest.raises(InputError, match="no root trajectory"):
         start(waving(trajectory=False), SMALL, SETTINGS)

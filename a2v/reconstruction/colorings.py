@@ -13,7 +13,7 @@ from a2v.geometry.images import sample_image
 from a2v.reconstruction.canonical.face import PAINTED
 from a2v.reconstruction.canonical.neutral import with_neutral_face
 from a2v.reconstruction.canonical.several import Sight
-from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 Coloring = Callable[[Reconstruction, Subject, Body, Camera], Surface]
@@ -79,7 +79,7 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
     """Ablation: every point, visible or not, has the color of its pixel; the back is the mirrored
     front."""
     from a2v.geometry.colors import to_bytes
-    from a2v.reconstruction.color_prior import clean_colors
+    from a2v.reconstruction.coloring.projection import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

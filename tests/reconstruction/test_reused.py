@@ -6,9 +6,8 @@ import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
 
-from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.bake import PaddedAtlas
 from a2v.reconstruction.body_prior.rim import EVERYWHERE, SkinDeformer
+from a2v.reconstruction.coloring.atlas import Atlas, PaddedAtlas
 from a2v.reconstruction.held import _COMMON, _ROUNDED, _STRANGE, _common
 
 

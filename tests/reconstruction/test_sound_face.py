@@ -9,7 +9,7 @@ import pytest
 
 from a2v.perception.face import find_face
 from a2v.reconstruction.canonical import CharacterSettings, Sight, canonical_person, face_note
-from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.coloring import ColorSettings
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face import FaceSettings
 from a2v.reconstruction.face.look_again import look_again

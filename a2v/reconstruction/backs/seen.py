@@ -96,6 +96,38 @@ class Seen:
         return on_parts(self.parts, *names)
 
 
+@dataclass(frozen=True, eq=False)
+class Materials:
+    """The material of each vertex of a surface.
+
+    Attributes
+    ----------
+    labels : (V,) int
+        Index into `KINDS`.
+    strange : (V,) bool
+        Vertices of another color than their label (prints).
+    panels : (V,) int
+        Panels of garments of several colors; 0 elsewhere.
+    colors : (V, 3) float64
+        Color that the photo shows nearby of the same panel, sRGB; NaN outside of panels.
+    """
+
+    labels: IntArray
+    strange: BoolArray
+    panels: IntArray
+    colors: FloatArray
+
+    @classmethod
+    def of(cls, labels: IntArray, strange: BoolArray) -> Materials:
+        """Materials without panels."""
+        return cls(labels, strange, np.zeros(len(labels), int), np.full((len(labels), 3), np.nan))
+
+    @property
+    def numbers(self) -> IntArray:
+        """`labels` (V,), with larger numbers for the panels of garments."""
+        return np.where(self.panels > 0, len(KINDS) + self.panels, self.labels)
+
+
 LIMB_PARTS: tuple[tuple[str, ...], ...] = (
     HEAD_PARTS,
     ("torso",),

@@ -40,7 +40,7 @@ from a2v.reconstruction.canonical.wear import (
     thin_under_skirt,
     without_anatomy,
 )
-from a2v.reconstruction.canvas import surroundings_taken
+from a2v.reconstruction.coloring.canvas import surroundings_taken
 from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.limbs_seen import bare_feet
 from a2v.reconstruction.shown import STEP, body_shown

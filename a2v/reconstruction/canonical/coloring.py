@@ -11,8 +11,6 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.body.spots import spots_of
 from a2v.geometry.rays import texels
-from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
 from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
@@ -21,9 +19,10 @@ from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
 from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
-from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
-from a2v.reconstruction.merged import OtherPhoto
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
+from a2v.reconstruction.coloring.canvas import Canvas, clues_of, part_agreement
+from a2v.reconstruction.coloring.other_photos import OtherPhoto
 from a2v.types import Body, Camera, FloatArray, Progress, Reconstruction, Subject, Surface
 
 

@@ -17,7 +17,7 @@ from a2v.geometry.mesh import within
 from a2v.geometry.rays import texels
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.backs.seen import HANDS, lab_of
-from a2v.reconstruction.color_prior import skin_like, skin_of_hands
+from a2v.reconstruction.coloring.expected import skin_like, skin_of_hands
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.places import (
     BROWS,

@@ -74,7 +74,7 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 @dataclass(frozen=True, eq=False)
 class View:
     """The camera of the photo, and the pixels of the mask that do not show the person
-    (`a2v.reconstruction.canvas.surroundings_taken`)."""
+    (`a2v.reconstruction.coloring.canvas.surroundings_taken`)."""
 
     camera: Camera
     taken: BoolArray

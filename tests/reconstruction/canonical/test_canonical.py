@@ -15,7 +15,6 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
 from a2v.geometry.rays import RayScene
 from a2v.kinematics.skeleton import subtree
-from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import (
     CharacterSettings,
     Sight,
@@ -29,7 +28,8 @@ from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import in_tips
-from a2v.reconstruction.canvas import Clues, _Palettes, strangers
+from a2v.reconstruction.coloring.borders import Borders
+from a2v.reconstruction.coloring.canvas import Clues, _Palettes, strangers
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, gloves
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, BoolArray, Reconstruction

@@ -11,7 +11,6 @@ from a2v.body.parts import PARTS
 from a2v.geometry.mesh import is_closed, vertex_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
 from a2v.reconstruction.backs.seen import HAIR
-from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.coloring import layout, load_layout
@@ -25,8 +24,9 @@ from a2v.reconstruction.canonical.hair import (
 from a2v.reconstruction.canonical.hair_seen import head_colors, long_hair
 from a2v.reconstruction.canonical.strands import COLUMNS
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.tones import combed
+from a2v.reconstruction.coloring.atlas import padded_layout
+from a2v.reconstruction.coloring.canvas import Canvas
+from a2v.reconstruction.coloring.tones import combed
 from a2v.types import Body, FloatArray, Standing, Subject
 from tests.support.bodies import with_turned_limb
 from tests.support.faces import BLACK, CAMERA, GREEN, with_hair

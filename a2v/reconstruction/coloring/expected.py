@@ -3,49 +3,14 @@ the head."""
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
-from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.images import sample_image
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.backs.seen import lab_of
-from a2v.reconstruction.colored import ColoredMesh
-from a2v.reconstruction.head_look import HeadLook
-from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
-
-
-def clean_colors(subject: Subject) -> FloatArray:
-    """Colors (H, W, 3) float32 in [0, 1] of the person, extended beyond the silhouette, so that no
-    background bleeds in.
-
-    Foreground colors by multi-level estimation (Germer et al. 2020, pymatting) where the matte is
-    trusted, else those of the nearest such pixel.
-    """
-    import cv2
-
-    image, alpha = subject.image, np.asarray(subject.mask, np.float32)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numba warns about its threading layer
-        from pymatting import estimate_foreground_ml
-
-        foreground = np.clip(
-            estimate_foreground_ml(image.astype(np.float64) / 255, alpha.astype(np.float64)), 0, 1
-        ).astype(np.float32)
-    person = alpha > 0.5
-    tall = float(np.ptp(np.nonzero(person)[0]) + 1)
-    shrink = max(1.0, 0.003 * tall)
-    depth = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
-    core = (depth > shrink) & (alpha > 0.9)
-    if not core.any():
-        core = person
-    # fingers have no core: their middle is used
-    far = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) > 3 * shrink
-    core |= person & far
-    index = nearest_known(core)
-    spread = foreground[index[0], index[1]]
-    soft = cv2.GaussianBlur(spread, (0, 0), shrink)
-    return np.where(core[..., None], foreground, soft).astype(np.float32)
+from a2v.reconstruction.coloring.head_look import HeadLook
+from a2v.reconstruction.coloring.painting import Painting
+from a2v.types import BoolArray, FloatArray, Subject
 
 
 def head_box(
@@ -114,15 +79,7 @@ def skin_of_hands(colors: FloatArray) -> FloatArray | None:
     return color if np.hypot(a, b) > 8 and 25 < np.degrees(np.arctan2(b, a)) < 80 else None
 
 
-def mirrored_prior(
-    mesh: ColoredMesh,
-    *,
-    known: BoolArray,
-    clean: FloatArray,
-    subject: Subject,
-    camera: OrthographicCamera,
-    head: BoolArray | None,
-) -> FloatArray:
+def mirrored_prior(painting: Painting, *, known: BoolArray) -> FloatArray:
     """Return prior colors (V, 3) for Eq. 14.
 
     A vertex gets the color of the photo at its pixel: the back of a jacket looks like its front.
@@ -132,18 +89,15 @@ def mirrored_prior(
 
     Parameters
     ----------
-    mesh : ColoredMesh
-        In the frame of `camera`.
+    painting : Painting
     known : (V,) bool
         Vertices whose colors the photo shows well.
-    clean : (H, W, 3)
-        `clean_colors(subject)`.
-    head : (V,) bool, optional
-        Vertices of head and neck; if None, guessed from the landmarks.
     """
     import cv2
 
-    vertices, normals, colors = mesh.vertices, mesh.normals, mesh.colors
+    vertices, normals, colors = painting.vertices, painting.normals, painting.colors
+    subject, camera, clean = painting.photo.subject, painting.photo.camera, painting.photo.clean
+    head = painting.head
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
     blur = max(0.8, 0.004 * tall)

@@ -11,7 +11,7 @@ import numpy as np
 
 from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
-from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.coloring.atlas import Atlas
 from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import (

@@ -29,7 +29,7 @@ from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
 from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
-from a2v.reconstruction.coloring.expected import skin_like, skin_of_hands
+from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3

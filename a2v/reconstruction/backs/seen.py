@@ -154,11 +154,3 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
         if len(shown) >= _TELLING:
             front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=thread_count())[1]]
     return np.asarray(front)
-
-
-def lab_of(colors: FloatArray) -> FloatArray:
-    """CIELAB (..., 3) of sRGB in [0, 1] (..., 3)."""
-    from skimage.color import rgb2lab
-
-    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
-    return lab

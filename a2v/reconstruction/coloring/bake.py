@@ -112,7 +112,8 @@ def _eye_colors(
 def _borders(painting: Painting, colors: FloatArray) -> Borders | None:
     """The borders between the materials of a canonical person, of `colors` (V, 3); None for
     others."""
-    if painting.canvas is None or painting.continued is None:
+    off = "smooth_borders" in painting.settings.off
+    if off or painting.canvas is None or painting.continued is None:
         return None
     materials = painting.continued.materials
     return Borders.between(materials, painting.faces, colors, painting.known)

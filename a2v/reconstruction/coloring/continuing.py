@@ -19,14 +19,14 @@ from a2v.reconstruction.backs import (
     seen_before,
 )
 from a2v.reconstruction.backs.seen import HANDS
-from a2v.reconstruction.coloring.expected import (
-    seen_face,
-    skin_like,
-    skin_of_hands,
-)
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.tones import (
     bare_arms,
+)
+from a2v.reconstruction.reading.skin import (
+    seen_face,
+    skin_like,
+    skin_of_hands,
 )
 
 
@@ -121,6 +121,7 @@ def continue_materials(painting: Painting) -> Painting:
         painting.normals,
         painting.photo.clean,
         painting.photo.camera,
+        seed=painting.settings.seed,
     )
     return dataclasses.replace(
         painting,

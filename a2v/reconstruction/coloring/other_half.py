@@ -39,7 +39,7 @@ def of_other_half(
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
     photo, canvas = painting.photo, painting.canvas
-    if canvas is None:
+    if canvas is None or "mirror_texels" in painting.settings.off:
         return kept, beyond, colors
     own = np.flatnonzero(_all_of(on_parts(canvas.parts, *HEAD), corner))
     if not len(own):

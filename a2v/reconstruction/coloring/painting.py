@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -226,5 +226,11 @@ class Painting:
         )
 
 
-Step = Callable[[Painting], Painting]
-"""A step of the coloring."""
+class Step(Protocol):
+    """A step of the coloring: a function that makes a new painting."""
+
+    __name__: str
+
+    def __call__(self, painting: Painting, /) -> Painting:
+        """Return the painting after the step."""
+        ...

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.reconstruction.rules import COLORING, left_out
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,10 @@ class ColorSettings:
     delight : bool
         Remove the shading of the photo from its colors (`coloring.shading`), so that they
         can be lit again.
+    seed : int
+        Of the matching of patches.
+    without : str
+        Rules to leave out (`a2v.reconstruction.rules.COLORING`), separated by commas.
     """
 
     lambda_nn: float = 1.0
@@ -40,6 +45,8 @@ class ColorSettings:
     texture: int = 2048
     synthesis: bool = True
     delight: bool = True
+    seed: int = 0
+    without: str = ""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lambda_nn) and self.lambda_nn > 0):
@@ -52,3 +59,11 @@ class ColorSettings:
             raise InputError(f"texture is {self.texture}; expected 0, or 256 to 4096 texels")
         if not 0 <= self.band <= 0.2:
             raise InputError(f"band is {self.band}; expected 0 to 0.2 meters")
+        if self.seed < 0:
+            raise InputError(f"color.seed is {self.seed}; expected 0 or a positive number")
+        left_out(self.without, COLORING)
+
+    @property
+    def off(self) -> frozenset[str]:
+        """The names of the rules that are left out."""
+        return left_out(self.without, COLORING)

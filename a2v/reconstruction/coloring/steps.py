@@ -109,7 +109,8 @@ def color_surface(
     beside.shutdown(wait=False)
     for number, step in enumerate(STEPS, 1):
         report(number, len(STEPS) + 2)
-        painting = step(painting)
+        if step.__name__ not in settings.off:
+            painting = step(painting)
     if atlas is not None:
         uv, texture = bake(painting, atlas.result())
         painting = dataclasses.replace(painting, uv=uv, texture=texture)

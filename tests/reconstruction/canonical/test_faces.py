@@ -184,8 +184,9 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
         columns > CAMERA.center_u, 255, 0
     )  # the hidden half, picture right, is blue
     subject = dataclasses.replace(subject, image=image)
-    surface = canonical_person(Sight(subject, body, CAMERA, dressed)).surface
-    canvas = canvas_of(surface, subject, body, CAMERA, size=256)
+    sight = Sight(subject, body, CAMERA, dressed)
+    surface = canonical_person(sight).surface
+    canvas = canvas_of(surface, subject, CAMERA, sight.reading, ColorSettings(texture=256))
     agreement = canvas.agreement.copy()
     for name in ("head", "neck"):
         agreement[PARTS.index(name), :, agreement.shape[2] // 2 :] = 0

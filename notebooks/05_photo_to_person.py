@@ -30,7 +30,7 @@ import trimesh
 from a2v.body import flattened
 from a2v.geometry.simplify import simplify
 from a2v.reconstruction import ImplicitSettings, implicit_surface
-from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.coloring import ColorSettings
 from a2v.reconstruction.colorings import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import PreviewStyle, preview_surface
@@ -214,7 +214,7 @@ show(
 # %%
 from scipy.spatial import cKDTree
 
-from a2v.reconstruction.equation14 import ColorProblem, color_objective, solve_colors
+from a2v.reconstruction.coloring.equation14 import ColorProblem, color_objective, solve_colors
 
 LAMBDA = 1.0
 line = np.arange(60)

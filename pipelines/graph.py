@@ -49,10 +49,11 @@ def _of_one_photo() -> tuple[Step, ...]:
         Step(body.photo_body, ("photo_body", "photo_camera")),
         Step(reconstruction.surface, "surface"),
         Step(body.body, "body"),
+        Step(reconstruction.reading, "reading"),
         Step(reconstruction.surface_with_hands, "surface_with_hands"),
         Step(reconstruction.face_draft, "face_draft"),
         Step(reconstruction.color_draft, "color_draft"),
-        Step(reconstruction.surface_with_face, "surface_with_face"),
+        Step(reconstruction.surface_with_face, ("surface_with_face", "color_with_face")),
         Step(reconstruction.colored_surface, "colored_surface"),
         Step(reconstruction.shaded_surface, "shaded_surface"),
     )
@@ -71,6 +72,11 @@ def _of_several_photos() -> tuple[Step, ...]:
             photos.each_surface, "each_surface", "each_subject[v], joint_fit[v] -> each_surface[v]"
         ),
         Step(photos.surface_fit, "surface_fit", "... -> surface_fit[v]"),
+        Step(
+            photos.each_reading,
+            "each_reading",
+            "each_subject[v], each_surface[v], surface_fit[v] -> each_reading[v]",
+        ),
         Step(photos.first_photo, ("photo_body", "photo_camera", "surface", "body")),
         Step(photos.person_of_photos, "surface_with_face"),
         Step(photos.colored_by_photos, "colored_surface"),

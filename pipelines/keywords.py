@@ -19,7 +19,7 @@ from a2v.body.settings import FitSettings
 from a2v.footage.settings import FollowSettings
 from a2v.perception.person import PerceptionSettings
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
-from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.coloring import ColorSettings
 from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.hands import HandSettings
 from a2v.reconstruction.implicit.surface import ImplicitSettings

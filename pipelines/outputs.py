@@ -133,11 +133,14 @@ def write_shared(
 def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:
     """Write the value of one output: files unchanged, frames as PNG, other values as .npz.
 
+    What was read in the photo is drawn as well.
+
     There is one file per frame and view if the output has these axes.
     """
     value = outcome.values[name]
     if isinstance(value, Ref):
-        return [_write(outcome, name, value, folder / _NAMES.get(name, f"{name}.npz"))]
+        written = [_write(outcome, name, value, folder / _NAMES.get(name, f"{name}.npz"))]
+        return [*written, _draw_reading(outcome, value, folder)] if name == "reading" else written
     refs = np.asarray(value, dtype=object) if not isinstance(value, np.ndarray) else value
     written = []
     for index in np.ndindex(refs.shape):
@@ -152,6 +155,18 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
         )
         written.append(_write(outcome, name, refs[index], target))
     return written
+
+
+def _draw_reading(outcome: Outcome, ref: Ref[Any], folder: Path) -> Path:
+    """Draw what was read in the photo as reading.png."""
+    from PIL import Image as Picture
+
+    from a2v.reconstruction.reading import Reading
+    from a2v.reconstruction.reading.draw import draw_reading
+
+    with atomic_path(folder / "reading.png") as temporary:
+        Picture.fromarray(draw_reading(outcome.store.get(ref, Reading))).save(temporary, "png")
+    return folder / "reading.png"
 
 
 def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:

@@ -17,6 +17,8 @@ WORDS: Mapping[str, str] = {
     "body": "body",
     "surface": "surface",
     "each_surface": "surface",
+    "reading": "person",
+    "each_reading": "person",
     "surface_with_hands": "hands",
     "face_draft": "face",
     "color_draft": "colors",

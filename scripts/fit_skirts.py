@@ -1,4 +1,4 @@
-"""Train the network that finds skirts (`a2v.reconstruction.canonical.skirt_seen`).
+"""Train the network that finds skirts (`a2v.reconstruction.reading.skirt`).
 
     python scripts/fit_skirts.py --data ../shared/data --out runs/skirts
 
@@ -35,8 +35,8 @@ from a2v.lab.studio.solid import weld
 from a2v.lab.studio.stand import Outfit, PreparedAvatar
 from a2v.lab.studio.things.clutter import Clutter
 from a2v.lab.studio.variation import Build, Wardrobe, part_map, rebuild, recolor
-from a2v.reconstruction.canonical.legs_chart import ALONG, legs_chart
-from a2v.reconstruction.canonical.skirt_seen import FILE, FORMAT
+from a2v.reconstruction.reading.legs_chart import ALONG, legs_chart
+from a2v.reconstruction.reading.skirt import FILE, FORMAT
 from a2v.tracing import to_onnx
 from export.storage import round_to_stored, save_model, shrink
 

@@ -22,7 +22,6 @@ MOST_PARAMETERS = 7
 
 #: What is longer, and why it is better whole.
 LONG_FUNCTIONS: dict[str, str] = {
-    "a2v/reconstruction/color.py:color_surface": "153 lines, 24 of them docstring: one chain of steps that hand on a dozen arrays",
     "a2v/geometry/simplify.py:_collapse": "one compiled loop (numba): its inner functions share the lists of corners and the heap",
 }
 #: What takes more parameters, and why.

@@ -7,8 +7,8 @@ imported at their first use.
 """
 
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
-from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
-from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.face import FaceSettings, add_face
 from a2v.reconstruction.hands import HandSettings, add_hands

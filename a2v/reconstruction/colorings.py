@@ -10,10 +10,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image
-from a2v.reconstruction.canonical.face import PAINTED
-from a2v.reconstruction.canonical.neutral import with_neutral_face
 from a2v.reconstruction.canonical.several import Sight
-from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 Coloring = Callable[[Reconstruction, Subject, Body, Camera], Surface]
@@ -28,43 +26,46 @@ def color_by_photo(
     *,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
-    others: Sequence[Sight] = (),
 ) -> Surface:
-    """Color as the pipeline does: visible places by the photo, others by Eq. 14 with the prior of
+    """Color as the pipeline does, by one photo (`color_person`)."""
+    sight = Sight(subject, body, camera, person)
+    return color_person(person, [sight], settings=settings, progress=progress)
+
+
+def color_person(
+    person: Reconstruction,
+    sights: Sequence[Sight],
+    *,
+    settings: ColorSettings | None = None,
+    progress: Progress | None = None,
+) -> Surface:
+    """Color as the pipeline does: visible places by the photos, others by Eq. 14 with the prior of
     the backend (or the default one).
 
-    `others` are further photos of a canonical person; the main one is then the photo that gives the
-    face (``provenance["face_photo"]``).
+    A person that is not canonical has one of `sights`. A canonical one stands as in the first; the
+    main photo is then the one that gives the face (``provenance["face_photo"]``).
     """
-    from a2v.body.spots import nearest_spots, spots_of
+    settings = settings or ColorSettings()
+    if person.surface.standing is not None:
+        from a2v.reconstruction.canonical.coloring import color_canonical
 
-    if others:
-        from a2v.reconstruction.canonical.coloring import color_by_photos
+        return color_canonical(person, sights, settings=settings, progress=progress)
+    from a2v.body.spots import nearest_spots
 
-        return color_by_photos(
-            person,
-            [Sight(subject, body, camera, person), *others],
-            settings=settings or ColorSettings(),
-            progress=progress,
-        )
-    standing, canvas = person.surface.standing, None
-    seen = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
-    if standing is None:
-        spots = nearest_spots(person.surface.vertices, body)
-    else:
-        from a2v.reconstruction.canonical.coloring import canvas_of
-
-        spots = spots_of(standing.anchors, body)
-        canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
-    evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvas)
+    (sight,) = sights
+    flat = sight.camera.flatten(person.surface.vertices)
     colored = color_surface(
-        seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress
+        dataclasses.replace(person.surface, vertices=flat),
+        sight.subject,
+        sight.camera.flat,
+        evidence=ColorEvidence(
+            prior=person.expected_colors,
+            spots=nearest_spots(person.surface.vertices, sight.body),
+        ),
+        settings=settings,
+        progress=progress,
     )
-    made = dataclasses.replace(colored, vertices=person.surface.vertices)
-    features = made.provenance.get("features")
-    if standing is None or made.face is None or features not in PAINTED:
-        return made
-    return with_neutral_face(made, spots, whole=features == "head")
+    return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
 def color_by_equation(
@@ -79,7 +80,7 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
     """Ablation: every point, visible or not, has the color of its pixel; the back is the mirrored
     front."""
     from a2v.geometry.colors import to_bytes
-    from a2v.reconstruction.color_prior import clean_colors
+    from a2v.reconstruction.coloring.projection import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

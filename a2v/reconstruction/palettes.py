@@ -1,4 +1,4 @@
-"""Typical colors of a region, and the distance of colors from them."""
+"""CIELAB, typical colors of a region, and the distance of colors from them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,14 @@ import warnings
 import numpy as np
 
 from a2v.types import FloatArray
+
+
+def lab_of(colors: FloatArray) -> FloatArray:
+    """CIELAB (..., 3) of sRGB in [0, 1] (..., 3)."""
+    from skimage.color import rgb2lab
+
+    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
+    return lab
 
 
 def color_clusters(

@@ -19,9 +19,9 @@ def sound_face(
     colored: Surface,
     face: FaceSettings,
     rebuilt: Callable[[FaceSettings], tuple[Reconstruction, Surface]],
-) -> Reconstruction:
+) -> tuple[Reconstruction, Surface]:
     """Return a canonical person with a face that a detector finds again, with its features where
-    they belong (`look_again`).
+    they belong (`look_again`), and the same person colored.
 
     Parameters
     ----------
@@ -35,19 +35,19 @@ def sound_face(
 
     Returns
     -------
-    Reconstruction
+    Reconstruction, Surface
         `drafted` itself if its face is sound, or if it has none by request; else the person with
         the first of `FEATURES` whose face is sound.
     """
     if colored.face is None or colored.standing is None:
-        return drafted
+        return drafted, colored
     made = drafted
     features = str(drafted.surface.provenance.get("features", "photo"))
     for lower in FEATURES[FEATURES.index(features) + 1 :]:
         if is_sound(look_again(colored, colored.standing.vertices, colored.standing.parts)):
-            return made
+            return made, colored
         made, colored = rebuilt(dataclasses.replace(face, features=lower))
-    return made
+    return made, colored
 
 
 def is_sound(looks: dict[str, Glance]) -> bool:

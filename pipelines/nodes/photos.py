@@ -16,6 +16,7 @@ from a2v.perception import Corrections, PerceptionSettings
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings
+from a2v.reconstruction.reading import Reading, ReadingSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import Ref
@@ -164,17 +165,33 @@ def first_photo(
 
 
 @memo()
+def each_reading(
+    each_subject: Ref[Subject],
+    each_surface: Ref[Reconstruction],
+    surface_fit: Ref[Fitted],
+    readers: ReadingSettings,
+) -> Ref[Reading]:
+    """Read each photo, as `reading` does."""
+    from a2v.reconstruction.reading import Source, read_photo
+
+    fit, person = get(surface_fit, Fitted), get(each_surface, Reconstruction)
+    source = Source(get(each_subject, Subject), fit.body, fit.camera, person.surface)
+    return put(read_photo(source, readers.readers))
+
+
+@memo()
 def person_of_photos(
     each_subject: np.ndarray,
     each_surface: np.ndarray,
     surface_fit: np.ndarray,
+    each_reading: np.ndarray,
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """Make the canonical character from all photos, as `surface_with_face` does for one."""
     from a2v.reconstruction.canonical import canonical_person, face_note
 
-    main, *others = _sights(each_subject, each_surface, surface_fit)
+    main, *others = _sights(each_subject, each_surface, surface_fit, each_reading)
     made = canonical_person(main, settings=figure, face=face, others=others)
     if text := face_note(made.surface):
         note(text)
@@ -187,10 +204,13 @@ def colored_by_photos(
     each_subject: np.ndarray,
     each_surface: np.ndarray,
     surface_fit: np.ndarray,
+    each_reading: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
     """Color each place from the photo that shows it best, as `colored_surface` does for one."""
-    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
+    return put(
+        _colored(surface_with_face, each_subject, each_surface, surface_fit, each_reading, color)
+    )
 
 
 @memo()
@@ -199,6 +219,7 @@ def shaded_by_photos(
     each_subject: np.ndarray,
     each_surface: np.ndarray,
     surface_fit: np.ndarray,
+    each_reading: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
     """Color the surface with the shading of the photos, as `shaded_surface` does for one."""
@@ -208,6 +229,7 @@ def shaded_by_photos(
             each_subject,
             each_surface,
             surface_fit,
+            each_reading,
             dataclasses.replace(color, delight=False),
         )
     )
@@ -218,33 +240,38 @@ def _colored(
     each_subject: Any,
     each_surface: Any,
     surface_fit: Any,
+    each_reading: Any,
     color: ColorSettings,
 ) -> Surface:
-    from a2v.reconstruction.colorings import color_by_photo
+    from a2v.reconstruction.colorings import color_person
 
-    main, *others = _sights(each_subject, each_surface, surface_fit)
-    colored = color_by_photo(
+    colored = color_person(
         get(surface_with_face, Reconstruction),
-        main.subject,
-        main.body,
-        main.camera,
+        _sights(each_subject, each_surface, surface_fit, each_reading),
         settings=color,
         progress=progress(),
-        others=others,
     )
     measure({"exposures": colored.provenance.get("exposures", [])})
     return colored
 
 
-def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]:
+def _sights(each_subject: Any, each_surface: Any, surface_fit: Any, each_reading: Any) -> list[Any]:
     from a2v.reconstruction.canonical.several import Sight
 
     found = list[Any]()
-    for subject, person, fitted in zip(each_subject, each_surface, surface_fit, strict=True):
+    for subject, person, fitted, seen in zip(
+        each_subject, each_surface, surface_fit, each_reading, strict=True
+    ):
         own = get(fitted, Fitted)
         if found and not own.understood:
             continue
         found.append(
-            Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction))
+            Sight(
+                get(subject, Subject),
+                own.body,
+                own.camera,
+                get(person, Reconstruction),
+                get(seen, Reading),
+            )
         )
     return found

@@ -9,6 +9,7 @@ from a2v.beside import loading_beside
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings, Sight
+from a2v.reconstruction.reading import Reading, ReadingSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import Ref
@@ -41,6 +42,24 @@ def _load_layout() -> None:
 
 
 @memo()
+def reading(
+    subject: Ref[Subject],
+    surface: Ref[Reconstruction],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    figure: CharacterSettings,
+    readers: ReadingSettings,
+) -> Ref[Reading]:
+    """Read what the photo shows, for a canonical character; of others nothing is read."""
+    from a2v.reconstruction.canonical import is_canonical
+    from a2v.reconstruction.reading import Source, read_photo
+
+    fitted, camera = get(body, Body), get(photo_camera, PhotoCamera)
+    source = Source(get(subject, Subject), fitted, camera, get(surface, Reconstruction).surface)
+    return put(read_photo(source, readers.readers if is_canonical(fitted, figure) else ()))
+
+
+@memo()
 def surface_with_hands(
     surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings
 ) -> Ref[Reconstruction]:
@@ -60,6 +79,7 @@ def face_draft(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
+    reading: Ref[Reading],
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
@@ -77,7 +97,7 @@ def face_draft(
     )
     if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
-    sight = Sight(get(subject, Subject), fitted, camera, person)
+    sight = Sight(get(subject, Subject), fitted, camera, person, get(reading, Reading))
     return put(canonical_person(sight, settings=figure, face=face))
 
 
@@ -87,13 +107,14 @@ def color_draft(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
+    reading: Ref[Reading],
     color: ColorSettings,
 ) -> Ref[Surface]:
     """Project the photo on the visible surface and color the rest (Eq. 14).
 
     The fitted body shows where the head is.
     """
-    return put(_colored(face_draft, subject, body, photo_camera, color))
+    return put(_colored(face_draft, subject, body, photo_camera, reading, color))
 
 
 @memo()
@@ -104,54 +125,57 @@ def surface_with_face(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
+    reading: Ref[Reading],
     face: FaceSettings,
     figure: CharacterSettings,
     color: ColorSettings,
-) -> Ref[Reconstruction]:
-    """Look at the face of the canonical character; if it is none, take a simpler one."""
+) -> tuple[Ref[Reconstruction], Ref[Surface]]:
+    """Look at the face of the canonical character; if it is none, take a simpler one.
+
+    Returns the character and its colored surface.
+    """
     from a2v.reconstruction.canonical import canonical_person, face_note
-    from a2v.reconstruction.colorings import color_by_photo
+    from a2v.reconstruction.colorings import color_person
     from a2v.reconstruction.sound_face import sound_face
 
-    seen, fitted = get(subject, Subject), get(body, Body)
-    camera, drafted = get(photo_camera, PhotoCamera), get(face_draft, Reconstruction)
-    person = get(surface_with_hands, Reconstruction)
+    drafted = get(face_draft, Reconstruction)
+    sight = Sight(
+        get(subject, Subject),
+        get(body, Body),
+        get(photo_camera, PhotoCamera),
+        get(surface_with_hands, Reconstruction),
+        get(reading, Reading),
+    )
 
     def rebuilt(simpler: FaceSettings) -> tuple[Reconstruction, Surface]:
-        made = canonical_person(Sight(seen, fitted, camera, person), settings=figure, face=simpler)
-        return made, color_by_photo(made, seen, fitted, camera, settings=color)
+        made = canonical_person(sight, settings=figure, face=simpler)
+        return made, color_person(made, [sight], settings=color)
 
-    made = sound_face(drafted, get(color_draft, Surface), face, rebuilt)
+    made, colored = sound_face(drafted, get(color_draft, Surface), face, rebuilt)
     if text := face_note(made.surface):
         note(text)
-    return face_draft if made is drafted else put(made)
+    return (face_draft, color_draft) if made is drafted else (put(made), put(colored))
 
 
 @memo()
 def colored_surface(
-    surface_with_face: Ref[Reconstruction],
-    face_draft: Ref[Reconstruction],
-    color_draft: Ref[Surface],
+    color_with_face: Ref[Surface],
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
-    color: ColorSettings,
 ) -> Ref[Surface]:
-    """Color the surface, as drafted unless it has another face now; look at it beside the photo."""
+    """Look at the colored surface beside the photo."""
     from a2v.reconstruction.beside_photo import repose
     from a2v.reconstruction.remarks import remarks
 
-    ref = color_draft
-    if surface_with_face.digest != face_draft.digest:
-        ref = put(_colored(surface_with_face, subject, body, photo_camera, color))
-    made, fitted = get(ref, Surface), get(body, Body)
+    made, fitted = get(color_with_face, Surface), get(body, Body)
     parts = fitted.parts[:0] if made.standing is None else made.standing.parts
     shown = repose(made, parts, get(subject, Subject), get(photo_camera, PhotoCamera))
     compared = shown.compared()
     measure(compared)
     for text in remarks(compared, fitted):
         note(text)
-    return ref
+    return color_with_face
 
 
 @memo()
@@ -160,6 +184,7 @@ def shaded_surface(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
+    reading: Ref[Reading],
     color: ColorSettings,
 ) -> Ref[Surface]:
     """Color the surface with the photo's shading left in; without light it looks like the photo."""
@@ -169,6 +194,7 @@ def shaded_surface(
             subject,
             body,
             photo_camera,
+            reading,
             dataclasses.replace(color, delight=False),
         )
     )
@@ -179,15 +205,17 @@ def _colored(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
+    reading: Ref[Reading],
     color: ColorSettings,
 ) -> Surface:
-    from a2v.reconstruction.colorings import color_by_photo
+    from a2v.reconstruction.colorings import color_person
 
-    person, fitted, camera = (
-        get(surface_with_face, Reconstruction),
+    person = get(surface_with_face, Reconstruction)
+    sight = Sight(
+        get(subject, Subject),
         get(body, Body),
         get(photo_camera, PhotoCamera),
+        person,
+        get(reading, Reading),
     )
-    return color_by_photo(
-        person, get(subject, Subject), fitted, camera, settings=color, progress=progress()
-    )
+    return color_person(person, [sight], settings=color, progress=progress())

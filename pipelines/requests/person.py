@@ -21,6 +21,8 @@ from a2v.reconstruction import (
 )
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
 from a2v.reconstruction.canonical import CharacterSettings
+from a2v.reconstruction.reading import ReadingSettings
+from a2v.reconstruction.rules import COLORING, READING, left_out
 from pipelines.engine.graph import Parameters
 from pipelines.engine.refs import File
 from pipelines.engine.store import Store
@@ -131,6 +133,13 @@ class PersonStages:
         metavar="KIND",
     )
     color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
+    without: str = option(
+        "rules of reading and coloring to leave out, separated by commas, to see what they do "
+        "(docs/results/rules.md)",
+        default="",
+        metavar="NAMES",
+        rare=True,
+    )
     bind: BindSettings = settings(BindSettings, users=())
     triangles: int = option(
         "maximum number of triangles in exported files; 0: all",
@@ -188,10 +197,11 @@ class PersonStages:
             normal_map=self.normal_map,
             one_material=self.one_material,
         )
-        color = (
-            dataclasses.replace(self.color, texture=engine.texture)
-            if engine.texture > self.color.texture > 0
-            else self.color
+        off = left_out(self.without, {**READING, **COLORING})
+        color = dataclasses.replace(
+            self.color,
+            texture=max(self.color.texture, engine.texture) if self.color.texture else 0,
+            without=",".join(name for name in COLORING if name in off | self.color.off),
         )
         return {
             **known,
@@ -199,6 +209,7 @@ class PersonStages:
             "hands": self.hands,
             "face": self.face,
             "color": color,
+            "readers": ReadingSettings(without=",".join(name for name in READING if name in off)),
             "bind": self.bind,
             "engine": engine,
         }

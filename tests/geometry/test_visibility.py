@@ -7,7 +7,7 @@ import trimesh
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map, silhouette_iou, visible_vertices
 from a2v.geometry.volume import EXACT, Grid, signed_distance, winding_inside
-from a2v.reconstruction.atlas import face_neighbors, make_atlas
+from a2v.reconstruction.coloring.atlas import face_neighbors, make_atlas
 from a2v.types import OrthographicCamera
 
 CAMERA = OrthographicCamera(scale=100.0, center_u=60.0, center_v=90.0)

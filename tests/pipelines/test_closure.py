@@ -130,7 +130,7 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored_surface", "camera", "clip"}),
         ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
         (
-            "a2v/reconstruction/color.py",
+            "a2v/reconstruction/coloring/steps.py",
             {"colored_surface"},
             {"surface", "photo_body", "body", "face_draft"},
         ),

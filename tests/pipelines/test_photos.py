@@ -85,7 +85,17 @@ def test_both_graphs_are_sound_and_give_the_same_values(tmp_path):
         {name for step in video_graph(several=several) for name in step.outputs}
         for several in (False, True)
     ]
-    assert outputs[0] - {"surface_with_hands", "face_draft", "color_draft"} <= outputs[1]
+    assert (
+        outputs[0]
+        - {
+            "reading",
+            "surface_with_hands",
+            "face_draft",
+            "color_draft",
+            "color_with_face",
+        }
+        <= outputs[1]
+    )
 
 
 def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_known(

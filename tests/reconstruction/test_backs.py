@@ -16,17 +16,20 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs import (
     KINDS,
     Continuation,
+    Materials,
     Seen,
     continue_photo,
+    find_panels,
+    in_palette,
     label_surface,
+    run_around,
     seen_before,
 )
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
-from a2v.reconstruction.backs.panels import find_panels
 from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
-from a2v.reconstruction.color_prior import skin_like, skin_of_hands
+from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -116,10 +119,26 @@ def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
     return np.clip(paint(RADIUS * np.arcsin(across), points[..., 1]), 0, 1).astype(np.float32)
 
 
+def continued_by_steps(
+    seen: Seen,
+    faces: IntArray,
+    normals: FloatArray,
+    clean: FloatArray,
+    camera: OrthographicCamera,
+) -> Continuation:
+    """What the steps of the coloring make, from the labels to the palette."""
+    labels, strange = label_surface(seen)
+    labels = run_around(seen, labels)
+    materials = Materials(labels, strange, *find_panels(seen, labels))
+    made = continue_photo(seen, materials, faces, normals, clean, camera)
+    expected = in_palette(made.expected, made.labels, seen.known)
+    return dataclasses.replace(made, expected=expected)
+
+
 def _continued(clean: FloatArray, expected: FloatArray = CLOTH) -> tuple[FloatArray, Continuation]:
     vertices, faces = _cylinder()
     normals = vertex_normals(vertices, faces)
-    return vertices, continue_photo(
+    return vertices, continued_by_steps(
         _seen(vertices, normals, clean, expected=expected), faces, normals, clean, CAMERA
     )
 
@@ -173,7 +192,7 @@ def test_a_print_is_not_repeated() -> None:
     shining = 0.5 * CLOTH + 0.5 * sample_image(
         clean, pixels
     )  # as a network would predict: the print shines through
-    continued = continue_photo(
+    continued = continued_by_steps(
         _seen(vertices, normals, clean, expected=shining), faces, normals, clean, CAMERA
     )
     behind = (normals[:, 2] < -0.3) & _body(vertices)
@@ -199,7 +218,7 @@ def test_skin_does_not_tint_cloth() -> None:
     clear = _body(vertices) & (np.abs(vertices[:, 1]) > 0.02)
     wanted = np.where(vertices[:, 1] < 0, KINDS.index("upper"), KINDS.index("skin"))
     assert (labels == wanted)[clear].mean() > 0.98
-    continued = continue_photo(seen, faces, normals, clean, CAMERA)
+    continued = continued_by_steps(seen, faces, normals, clean, CAMERA)
     assert (labels[continued.neighbors] == labels[:, None]).all()
     near = (normals[:, 2] < 0) & (vertices[:, 1] < -0.02) & (vertices[:, 1] > -0.05)
     before, after = (
@@ -229,7 +248,7 @@ def test_nothing_is_continued_where_nothing_is_understood() -> None:
     clean = _photo(lambda way, y: np.broadcast_to(CLOTH, (*np.shape(y), 3)))
     parts = np.full(len(vertices), PARTS.index("left_hand"))
     seen = _seen(vertices, normals, clean, expected=SKIN, parts=parts)
-    continued = continue_photo(seen, faces, normals, clean, CAMERA)
+    continued = continued_by_steps(seen, faces, normals, clean, CAMERA)
     assert not continued.labels.any()
     assert not continued.continues.any()
     assert not continued.on_vertices().any()
@@ -306,10 +325,10 @@ def test_the_other_side_of_the_body_says_what_is_there() -> None:
     twin[patch] = np.resize(shown, patch.sum())
     colors = np.where(patch[:, None], seen.colors[twin], seen.colors)
     inner = patch & (vertices[:, 1] > 0.03) & (vertices[:, 1] < 0.07) & (normals[:, 2] < 0.2)
-    told = continue_photo(
+    told = continued_by_steps(
         dataclasses.replace(seen, twin=twin, colors=colors), faces, normals, clean, CAMERA
     )
-    alone = continue_photo(seen, faces, normals, clean, CAMERA)
+    alone = continued_by_steps(seen, faces, normals, clean, CAMERA)
     assert (alone.labels[inner] == KINDS.index("upper")).all()
     assert (told.labels[inner] == KINDS.index("lower")).mean() > 0.95
     assert np.abs(told.expected[inner] - red).max(axis=1).mean() < 0.05
@@ -429,7 +448,7 @@ def test_a_panel_on_one_side_ends_and_does_not_fade_over_the_back() -> None:
     normals = vertex_normals(vertices, faces)
     clean = _photo(lambda way, y: np.where((way > 0.10)[..., None], WHITE, RED))
     seen = _seen(vertices, normals, clean, expected=(WHITE + RED) / 2)
-    expected = continue_photo(seen, faces, normals, clean, CAMERA).expected
+    expected = continued_by_steps(seen, faces, normals, clean, CAMERA).expected
     behind = _body(vertices) & ~seen.known
     whiteness = (expected[behind] - RED) @ (WHITE - RED) / ((WHITE - RED) @ (WHITE - RED))
     assert ((whiteness > 0.2) & (whiteness < 0.8)).mean() < 0.06  # pink before: all of them

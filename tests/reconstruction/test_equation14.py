@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
 from a2v.errors import InputError
-from a2v.reconstruction.equation14 import ColorProblem, color_objective, solve_colors
+from a2v.reconstruction.coloring.equation14 import ColorProblem, color_objective, solve_colors
 
 
 def problem(count: int = 60, seed: int = 0):

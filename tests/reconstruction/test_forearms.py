@@ -6,9 +6,9 @@ import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.reconstruction.canonical.coloring import layout
-from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.limbs_seen import bare_forearms
-from a2v.reconstruction.tones import bare_arms
+from a2v.reconstruction.coloring.canvas import Canvas
+from a2v.reconstruction.coloring.tones import bare_arms
+from a2v.reconstruction.reading.arms import bare_forearms
 from tests.support.subjects import blank_subject
 
 TORSO = PARTS.index("torso")

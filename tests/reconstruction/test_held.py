@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from a2v.body.parts import PARTS
-from a2v.reconstruction.held import held_things
+from a2v.reconstruction.reading.held import held_things
 from a2v.types import IntArray, Subject
 from tests.support.subjects import blank_subject
 

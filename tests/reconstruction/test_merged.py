@@ -10,7 +10,7 @@ import pytest
 
 from a2v.body.parts import PARTS
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
-from a2v.reconstruction.merged import OtherPhoto, exposure, mixed, on_vertices
+from a2v.reconstruction.coloring.other_photos import OtherPhoto, exposure, mixed, on_vertices
 from a2v.types import OrthographicCamera, Subject, Surface
 
 

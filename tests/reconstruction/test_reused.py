@@ -6,10 +6,9 @@ import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
 
-from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.bake import PaddedAtlas
 from a2v.reconstruction.body_prior.rim import EVERYWHERE, SkinDeformer
-from a2v.reconstruction.held import _COMMON, _ROUNDED, _STRANGE, _common
+from a2v.reconstruction.coloring.atlas import Atlas, PaddedAtlas
+from a2v.reconstruction.reading.held import _COMMON, _ROUNDED, _STRANGE, _common
 
 
 def test_a_field_known_everywhere_is_smoothed_as_it_would_be_spread() -> None:

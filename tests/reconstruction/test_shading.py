@@ -9,7 +9,12 @@ import trimesh
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction import ColorSettings, color_surface
-from a2v.reconstruction.shading import LIMITS, estimate_shading, openness, photo_without_shading
+from a2v.reconstruction.coloring.shading import (
+    LIMITS,
+    estimate_shading,
+    openness,
+    photo_without_shading,
+)
 from a2v.types import FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 CAMERA = OrthographicCamera(scale=100.0, center_u=128.0, center_v=128.0)

@@ -9,7 +9,7 @@ import pytest
 
 from a2v.perception.face import find_face
 from a2v.reconstruction.canonical import CharacterSettings, Sight, canonical_person, face_note
-from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.coloring import ColorSettings
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face import FaceSettings
 from a2v.reconstruction.face.look_again import look_again
@@ -85,7 +85,7 @@ def test_a_good_face_is_left_as_it_is(ready: ReadyPerson, dressed: Reconstructio
     maker = Maker(ready.subject, ready, ready.photo_camera, dressed)
     drafted, colored = maker(FaceSettings())
     assert sound(colored)
-    assert sound_face(drafted, colored, FaceSettings(), maker) is drafted
+    assert sound_face(drafted, colored, FaceSettings(), maker)[0] is drafted
     assert maker.asked == ["photo"]
     assert not face_note(drafted.surface)
 
@@ -105,7 +105,7 @@ def test_a_smeared_face_falls_back_until_a_face_is_found(
     )
     drafted, colored = maker(FaceSettings())
     assert not sound(colored)
-    made = sound_face(drafted, colored, FaceSettings(), maker)
+    made, _ = sound_face(drafted, colored, FaceSettings(), maker)
     assert maker.asked[:2] == ["photo", "model"]
     assert made.surface.provenance["features"] == "skin"
     assert "body model's own face" in face_note(made.surface)
@@ -121,7 +121,7 @@ def test_a_head_without_a_usable_face_gets_one(
     assert callable(change)
     maker = Maker(change(ready.subject), ready, ready.photo_camera, dressed)
     drafted, colored = maker(FaceSettings())
-    made = sound_face(drafted, colored, FaceSettings(), maker)
+    made, _ = sound_face(drafted, colored, FaceSettings(), maker)
     assert sound(maker.colored(made))
     if change is covered:
         assert face_note(made.surface)
@@ -151,4 +151,4 @@ def test_a_head_cut_off_at_the_forehead_is_painted(
     assert drafted.surface.provenance["features"] == "head"
     assert "does not show the head" in face_note(drafted.surface)
     assert sound(colored)
-    assert sound_face(drafted, colored, FaceSettings(), maker) is drafted
+    assert sound_face(drafted, colored, FaceSettings(), maker)[0] is drafted

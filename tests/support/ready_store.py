@@ -17,7 +17,15 @@ from pipelines.engine.store import Store
 from pipelines.graph import video_graph
 from pipelines.requests.video import photo_parameters
 
-UNUSED = ("surface", "surface_with_hands", "face_draft", "color_draft", "surface_with_face")
+UNUSED = (
+    "surface",
+    "reading",
+    "surface_with_hands",
+    "face_draft",
+    "color_draft",
+    "surface_with_face",
+    "color_with_face",
+)
 """Outputs that only steps read whose results the store knows too."""
 
 

@@ -1,7 +1,7 @@
 """Skirts and long coats that are drawn around the legs of the studio's people, none of whom wears
 any in the training split (but one dress).
 
-`scripts/fit_skirts.py` trains the network of `a2v.reconstruction.canonical.skirt_seen` with them.
+`scripts/fit_skirts.py` trains the network of `a2v.reconstruction.reading.skirt` with them.
 """
 
 from __future__ import annotations

@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import label_surface
 from a2v.reconstruction.backs.matching import Unrolled, match_surface
-from a2v.reconstruction.backs.panels import find_panels
 from a2v.reconstruction.backs.pieces import neighbor_mean
-from a2v.reconstruction.backs.rings import around
 from a2v.reconstruction.backs.seen import (
     HAIR,
     HANDS,
@@ -26,6 +22,7 @@ from a2v.reconstruction.backs.seen import (
     SHOES,
     SKIN,
     UPPER,
+    Materials,
     Seen,
 )
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
@@ -131,6 +128,7 @@ class Continuation:
 
 def continue_photo(
     seen: Seen,
+    stuff: Materials,
     faces: IntArray,
     normals: FloatArray,
     clean: FloatArray,
@@ -142,10 +140,8 @@ def continue_photo(
     photo."""
     import cv2
 
-    labels, strange = _labels(seen)
+    labels, strange, materials = stuff.labels, stuff.strange, stuff.numbers
     vertices = np.asarray(seen.vertices, np.float64)
-    panels, panel_colors = find_panels(seen, labels)
-    materials = np.where(panels > 0, len(KINDS) + panels, labels)
     twins = (seen.twin >= 0) & (materials[seen.twin] == materials)
     shown = np.where(
         twins, seen.twin, np.arange(len(labels))
@@ -184,11 +180,7 @@ def continue_photo(
     return Continuation(
         labels=labels,
         materials=materials,
-        expected=in_palette(
-            _smooth(seen, labels, own, panel_colors, twins=twins, doubtful=doubtful | unlike),
-            labels,
-            seen.known,
-        ),
+        expected=_smooth(seen, labels, own, stuff.colors, twins=twins, doubtful=doubtful | unlike),
         doubtful=doubtful | unlike,
         neighbors=own,
         continues=continues,
@@ -199,17 +191,6 @@ def continue_photo(
         _detail=np.asarray(clean - base, np.float32),
         _scale=camera.scale,
     )
-
-
-def _labels(seen: Seen) -> tuple[IntArray, BoolArray]:
-    """`label_surface`, with borders that run around the body at rest."""
-    labels, strange = label_surface(seen)
-    if seen.rest is None:
-        return labels, strange
-    parts = (
-        seen.parts if seen.cloth is None else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
-    )
-    return around(labels, seen.rest, parts, seen.known), strange
 
 
 def _is_even(seen: Seen, labels: IntArray) -> BoolArray:

@@ -22,9 +22,8 @@ from a2v.reconstruction.backs.seen import (
     UPPER,
     Seen,
     allowed_parts,
-    lab_of,
 )
-from a2v.reconstruction.palettes import clustered_colors, palette_distance
+from a2v.reconstruction.palettes import clustered_colors, lab_of, palette_distance
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _NEVER = 60.0

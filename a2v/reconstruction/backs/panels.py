@@ -13,8 +13,8 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean, with_votes
-from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, Seen, lab_of
-from a2v.reconstruction.palettes import color_clusters, palette_distance
+from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, Seen
+from a2v.reconstruction.palettes import color_clusters, lab_of, palette_distance
 from a2v.types import BoolArray, FloatArray, IntArray
 
 SHADE = np.array([0.8, 1.0, 1.0])

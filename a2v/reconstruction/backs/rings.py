@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import on_parts
-from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER
+from a2v.body.parts import PARTS, on_parts
+from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER, Seen
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _SIDES = ("left", "right")
@@ -61,6 +61,15 @@ class _Tube:
     own: IntArray
     along: FloatArray
     turn: FloatArray
+
+
+def run_around(seen: Seen, labels: IntArray) -> IntArray:
+    """Return labels (V,) whose borders run around the body at rest (`around`)."""
+    if seen.rest is None:
+        return labels
+    trunk = PARTS.index("torso")
+    parts = seen.parts if seen.cloth is None else np.where(seen.cloth, trunk, seen.parts)
+    return around(labels, seen.rest, parts, seen.known)
 
 
 def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray) -> IntArray:

@@ -96,6 +96,38 @@ class Seen:
         return on_parts(self.parts, *names)
 
 
+@dataclass(frozen=True, eq=False)
+class Materials:
+    """The material of each vertex of a surface.
+
+    Attributes
+    ----------
+    labels : (V,) int
+        Index into `KINDS`.
+    strange : (V,) bool
+        Vertices of another color than their label (prints).
+    panels : (V,) int
+        Panels of garments of several colors; 0 elsewhere.
+    colors : (V, 3) float64
+        Color that the photo shows nearby of the same panel, sRGB; NaN outside of panels.
+    """
+
+    labels: IntArray
+    strange: BoolArray
+    panels: IntArray
+    colors: FloatArray
+
+    @classmethod
+    def of(cls, labels: IntArray, strange: BoolArray) -> Materials:
+        """Materials without panels."""
+        return cls(labels, strange, np.zeros(len(labels), int), np.full((len(labels), 3), np.nan))
+
+    @property
+    def numbers(self) -> IntArray:
+        """`labels` (V,), with larger numbers for the panels of garments."""
+        return np.where(self.panels > 0, len(KINDS) + self.panels, self.labels)
+
+
 LIMB_PARTS: tuple[tuple[str, ...], ...] = (
     HEAD_PARTS,
     ("torso",),
@@ -122,11 +154,3 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
         if len(shown) >= _TELLING:
             front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=thread_count())[1]]
     return np.asarray(front)
-
-
-def lab_of(colors: FloatArray) -> FloatArray:
-    """CIELAB (..., 3) of sRGB in [0, 1] (..., 3)."""
-    from skimage.color import rgb2lab
-
-    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
-    return lab

@@ -3,7 +3,6 @@ body, displaced to the dressed surface."""
 
 from a2v.reconstruction.canonical.build import canonical_person
 from a2v.reconstruction.canonical.face import face_note
-from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.settings import CharacterSettings, is_canonical
 from a2v.reconstruction.canonical.several import Sight
 
@@ -12,6 +11,5 @@ __all__ = [
     "Sight",
     "canonical_person",
     "face_note",
-    "hangs_between_legs",
     "is_canonical",
 ]

@@ -17,7 +17,6 @@ from a2v.reconstruction.canonical.binding import four_weights, posed_by
 from a2v.reconstruction.canonical.ears import ears, ears_covered, flat_ears
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
-from a2v.reconstruction.canonical.hair_seen import HairSeen, long_hair
 from a2v.reconstruction.canonical.layers import Layer, with_layer
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
@@ -30,7 +29,6 @@ from a2v.reconstruction.canonical.skirt import (
     make_skirt,
     skirt_faces,
 )
-from a2v.reconstruction.canonical.skirt_seen import find_skirt
 from a2v.reconstruction.canonical.strands import Person
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
@@ -40,10 +38,8 @@ from a2v.reconstruction.canonical.wear import (
     thin_under_skirt,
     without_anatomy,
 )
-from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.settings import FaceSettings
-from a2v.reconstruction.limbs_seen import bare_feet
-from a2v.reconstruction.shown import STEP, body_shown
+from a2v.reconstruction.reading import HairSeen
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
@@ -66,7 +62,6 @@ def canonical_person(
     *,
     settings: CharacterSettings = DEFAULT,
     face: FaceSettings | None = None,
-    hangs: bool | None = None,
     others: Sequence[Sight] = (),
 ) -> Reconstruction:
     """Build the person on the mesh of the body.
@@ -82,9 +77,6 @@ def canonical_person(
     ----------
     sight : Sight
         The photo, with Anny fitted to the surface that was reconstructed from it.
-    hangs : bool, optional
-        Whether cloth hangs between the legs, which becomes a separate layer. None: as found by
-        `find_skirt`.
     others : sequence of Sight
         Further photos of the same person, in any order; all bodies have the same shape.
 
@@ -94,17 +86,17 @@ def canonical_person(
         The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
-    posed = body_shown(sight.body, sight.subject, sight.camera)
-    bare = bare_feet(sight.subject, sight.body, sight.camera, posed, STEP)
+    reading = sight.reading
+    bare = reading.bare_feet
     sights, shown, laid, poses, shod, covers = _shod(
         [sight, *others], face or FaceSettings(), bare=bare
     )
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
-    skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
+    skirt, lowest = _skirt(sight, body, without_anatomy(body, shod))
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
-    long = None if laid.features == "head" else long_hair(sight.subject, body, sight.camera)
+    long = None if laid.features == "head" else sights[0].reading.hair
     if long is not None:
         hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = ~hidden & _dressed(body, rest, laid, bare=bare, ears_shown=covers is False)
@@ -149,18 +141,16 @@ def _dressed(body: Body, rest: RestMesh, laid: Laid, *, bare: bool, ears_shown: 
     return np.asarray(own & ~(mesh.spread(ears().astype(np.float64)) > 0) if ears_shown else own)
 
 
-def _skirt(
-    sight: Sight, body: Body, rest: FloatArray, hangs: bool | None
-) -> tuple[Skirt | None, float]:
+def _skirt(sight: Sight, body: Body, rest: FloatArray) -> tuple[Skirt | None, float]:
     """The skirt on a body at `rest` (V, 3), None without one, and the height, meters, down to which
-    legs under it have no clothes; `hangs` as in `canonical_person`."""
-    surface, hem = sight.person.surface, None
-    if hangs is None:
-        hangs, hem = find_skirt(surface, sight.subject, sight.body, sight.camera)
-    skirt = make_skirt(surface, body, rest, None if hem is None else hem[0]) if hangs else None
+    legs under it have no clothes."""
+    hem = sight.reading.hem
+    if not sight.reading.hangs:
+        return None, 0.0
+    skirt = make_skirt(sight.person.surface, body, rest, None if hem is None else float(hem[0]))
     if skirt is None:
         return None, 0.0
-    return skirt, skirt.hem if hem is None else hem[1] - BELOW
+    return skirt, skirt.hem if hem is None else float(hem[1]) - BELOW
 
 
 def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Layer:
@@ -231,7 +221,7 @@ def _shod(
         if face.expressions
         else NO_FACE
     )
-    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
+    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body), given=None)
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
@@ -267,8 +257,7 @@ def _observed(
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
         bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
-        shown = body_shown(sight.body, sight.subject, sight.camera)
-        view = View(sight.camera, surroundings_taken(sight.subject, shown, sight.camera))
+        view = View(sight.camera, sight.reading.taken)
         seen.append(observe(sight.person.surface, rest, skin, asked, near=near, view=view))
         certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
     return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])

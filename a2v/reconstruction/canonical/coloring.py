@@ -11,71 +11,71 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.body.spots import spots_of
 from a2v.geometry.rays import texels
-from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.face import PAINTED
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
 from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
-from a2v.reconstruction.canonical.hair_seen import long_hair
+from a2v.reconstruction.canonical.neutral import with_neutral_face
 from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
 from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
-from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
-from a2v.reconstruction.merged import OtherPhoto
-from a2v.types import Body, Camera, FloatArray, Progress, Reconstruction, Subject, Surface
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
+from a2v.reconstruction.coloring.canvas import Canvas, Layers, part_agreement
+from a2v.reconstruction.coloring.other_photos import OtherPhoto
+from a2v.reconstruction.reading import Reading
+from a2v.types import Camera, FloatArray, Progress, Reconstruction, Subject, Surface
 
 
 def canvas_of(
-    surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int
+    surface: Surface,
+    subject: Subject,
+    camera: Camera,
+    reading: Reading,
+    settings: ColorSettings,
 ) -> Canvas:
     """The canvas of a canonical person's surface in the pose of the photo and the flat frame of
-    `camera`, with a texture of `size` texels on each side."""
+    `camera`."""
     assert surface.standing is not None
     parts = np.asarray(surface.standing.parts, np.int64)
     own = len(topology().twin)
     layer = np.arange(len(parts)) >= own
     strands = layer & (parts == PARTS.index("head"))
-    hanging = int((layer & ~strands).sum())
-    clues = clues_of(subject, body, camera, layer & ~strands)
+    hanging, hairy = int((layer & ~strands).sum()), bool(strands.any())
+    layers = Layers(layer & ~strands, strands if hairy else None)
     twins = [topology().twin, own + skirt_twins(hanging)]
-    if strands.any():
+    if hairy:
         twins.append(own + hanging + hair_twins())
-        seen = long_hair(subject, body, camera)
-        clues = dataclasses.replace(
-            clues, strands=strands, hair=None if seen is None else seen.pixels
-        )
     return Canvas(
         rest=surface.standing.vertices.astype(np.float64),
         parts=parts,
         twin=np.concatenate(twins),
-        atlas=layout(size, hanging, hairy=bool(strands.any())),
-        agreement=part_agreement(surface, parts, subject, camera.flat, clues=clues),
-        hands=clues.tone(subject.image),
-        gloved=clues.gloves is not None,
-        bare=clues.bare,
-        loose=clues.loose,
-        strands=np.where(strands, strand_numbers(len(parts)), -1) if strands.any() else None,
+        atlas=layout(settings.texture, hanging, hairy=hairy),
+        agreement=part_agreement(surface, layers, subject, camera.flat, reading, settings.off),
+        hands=reading.hands,
+        gloved=reading.gloves is not None,
+        bare=reading.bare_forearms,
+        loose=layers.loose,
+        strands=np.where(strands, strand_numbers(len(parts)), -1) if hairy else None,
     )
 
 
-def color_by_photos(
+def color_canonical(
     person: Reconstruction,
     sights: Sequence[Sight],
     *,
     settings: ColorSettings,
     progress: Progress | None = None,
 ) -> Surface:
-    """Color the surface of a canonical person by several photos; the first of `sights` is the photo
-    in whose pose it stands."""
+    """Color the surface of a canonical person, which stands as in the first of `sights`."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
     seen = [
         _in_pose_of(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)
     ]
     canvases = [
-        canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture)
+        canvas_of(own, sight.subject, sight.camera, sight.reading, settings)
         for own, sight in zip(seen, sights, strict=True)
     ]
     others = tuple(
@@ -102,7 +102,11 @@ def color_by_photos(
         settings=settings,
         progress=progress,
     )
-    return dataclasses.replace(colored, vertices=person.surface.vertices)
+    made = dataclasses.replace(colored, vertices=person.surface.vertices)
+    features = made.provenance.get("features")
+    if made.face is None or features not in PAINTED:
+        return made
+    return with_neutral_face(made, spots, whole=features == "head")
 
 
 def _in_pose_of(surface: Surface, sight: Sight, *, first: bool) -> Surface:

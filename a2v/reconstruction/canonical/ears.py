@@ -11,8 +11,8 @@ from a2v.body.parts import PARTS
 from a2v.body.registry import load_body_model
 from a2v.geometry.mesh import factored, laplacian, uniform_weights, vertex_normals
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.canonical.hair_seen import SHADE, head_colors, typical_colors
 from a2v.reconstruction.palettes import palette_distance
+from a2v.reconstruction.reading.hair import SHADE, head_colors, typical_colors
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Subject
 
 _EAR = np.array([[0.06, 0.735, 0.026], [0.1, 0.803, 0.08]])

@@ -19,7 +19,6 @@ from a2v.reconstruction.canonical.hair_outline import (
     strand_ends,
     to_outline,
 )
-from a2v.reconstruction.canonical.hair_seen import HairSeen
 from a2v.reconstruction.canonical.layers import Layer, closed_faces
 from a2v.reconstruction.canonical.strands import (
     COLUMNS,
@@ -33,6 +32,7 @@ from a2v.reconstruction.canonical.strands import (
     least_distance,
     strand_paths,
 )
+from a2v.reconstruction.reading import HairSeen
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray
 
 _EARS = 0.115

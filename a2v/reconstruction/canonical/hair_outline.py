@@ -8,7 +8,6 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.rays import RayScene
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
-from a2v.reconstruction.canonical.hair_seen import HairSeen
 from a2v.reconstruction.canonical.strands import (
     COLUMNS,
     FRONT,
@@ -18,6 +17,7 @@ from a2v.reconstruction.canonical.strands import (
     Person,
     angles,
 )
+from a2v.reconstruction.reading import HairSeen
 from a2v.types import BoolArray, Camera, FloatArray
 
 _COHESION = 1.5

@@ -16,8 +16,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.geometry.rays import texels
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.backs.seen import HANDS, lab_of
-from a2v.reconstruction.color_prior import skin_like, skin_of_hands
+from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.places import (
     BROWS,
@@ -29,6 +28,8 @@ from a2v.reconstruction.face.places import (
     RIGHT_EYE,
     RIGHT_IRIS,
 )
+from a2v.reconstruction.palettes import lab_of
+from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
 from a2v.types import BoolArray, ByteArray, Face, FloatArray, Surface
 
 SKIN = np.array([0.76, 0.58, 0.48])

@@ -12,7 +12,7 @@ from a2v.geometry.mesh import evened, face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.vectors import unit
 from a2v.reconstruction.canonical.shape import RestMesh
-from a2v.reconstruction.shown import STEP
+from a2v.reconstruction.reading.shown import STEP
 from a2v.system import thread_count
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Surface
 
@@ -74,7 +74,7 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 @dataclass(frozen=True, eq=False)
 class View:
     """The camera of the photo, and the pixels of the mask that do not show the person
-    (`a2v.reconstruction.canvas.surroundings_taken`)."""
+    (`Reading.taken`)."""
 
     camera: Camera
     taken: BoolArray

@@ -3,6 +3,7 @@ the face."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.canonical.observe import Observed
+from a2v.reconstruction.reading import Reading, Source, read_photo
 from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
 ASIDE = 0.004
@@ -38,12 +40,22 @@ class Sight:
     camera : Camera
     person : Reconstruction
         In that photo's pose.
+    given : Reading, optional
+        What the photo shows; None: it is read when it is needed first.
     """
 
     subject: Subject
     body: Body
     camera: Camera
     person: Reconstruction
+    given: Reading | None = None
+
+    @functools.cached_property
+    def reading(self) -> Reading:
+        """What the photo shows."""
+        if self.given is not None:
+            return self.given
+        return read_photo(Source(self.subject, self.body, self.camera, self.person.surface))
 
 
 def face_of(subjects: Sequence[Subject]) -> int:

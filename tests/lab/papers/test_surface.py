@@ -13,7 +13,7 @@ from a2v.geometry.mesh import is_closed
 from a2v.lab.papers import PapersSettings, papers_surface
 from a2v.lab.papers.models import DEPTH_FACTOR, PIFuGeometry
 from a2v.reconstruction.backends import reconstruct
-from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.coloring import ColorSettings
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pifu_color, saved, slab

@@ -15,12 +15,10 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
 from a2v.geometry.rays import RayScene
 from a2v.kinematics.skeleton import subtree
-from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import (
     CharacterSettings,
     Sight,
     canonical_person,
-    hangs_between_legs,
     is_canonical,
 )
 from a2v.reconstruction.canonical.coloring import layout
@@ -29,11 +27,20 @@ from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import in_tips
-from a2v.reconstruction.canvas import Clues, _Palettes, strangers
-from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands, gloves
-from a2v.reconstruction.surroundings import like_surroundings
+from a2v.reconstruction.coloring.borders import Borders
+from a2v.reconstruction.coloring.canvas import _only_within, _Palettes, strangers
+from a2v.reconstruction.reading import Reading
+from a2v.reconstruction.reading.arms import (
+    arms_by_landmarks,
+    bare_hands,
+    gloves,
+    tone_of_hands,
+)
+from a2v.reconstruction.reading.hanging import hangs_between_legs
+from a2v.reconstruction.reading.surroundings import like_surroundings
 from a2v.types import Body, BoolArray, Reconstruction
 from tests.support.faces import CAMERA, photographed
+from tests.support.sights import with_skirt
 from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
 
@@ -47,7 +54,7 @@ def dressed(body: Body) -> Reconstruction:
 
 @pytest.fixture(scope="module")
 def person(dressed: Reconstruction, body: Body) -> Reconstruction:
-    return canonical_person(Sight(photographed(body), body, CAMERA, dressed), hangs=False)
+    return canonical_person(with_skirt(Sight(photographed(body), body, CAMERA, dressed), False))
 
 
 def test_the_mesh_is_whole_even_and_symmetric() -> None:
@@ -247,16 +254,20 @@ def test_gloves_give_the_only_pixels_and_the_tone_of_both_hands() -> None:
     assert worn is not None
     arms = np.zeros((len(PARTS), *worn.shape), bool)
     arms[PARTS.index("left_hand")] = hand
-    clues = Clues(
-        np.zeros_like(worn), arms, np.zeros(len(PARTS), bool), None, np.zeros(1, bool), worn
+    reading = Reading(
+        shown=np.full(worn.shape, -1, np.int8),
+        found_arms=np.zeros(worn.shape, np.uint8),
+        better=np.zeros(len(PARTS), bool),
+        taken=np.zeros_like(worn),
+        gloves=worn,
     )
-    within = clues.within(PARTS.index("right_hand"))
+    within = _only_within(reading, arms, PARTS.index("right_hand"))
     assert within is not None
     np.testing.assert_array_equal(within, worn)
-    assert clues.within(PARTS.index("torso")) is None
+    assert _only_within(reading, arms, PARTS.index("torso")) is None
     image = np.full((400, 400, 3), ROOM, np.uint8)
     image[240:260, 120:140] = GLOVE
-    tone = clues.tone(image)
+    tone = tone_of_hands(image, reading.like_hands, arms)
     assert tone is not None
     np.testing.assert_allclose(tone * 255, GLOVE, atol=1)
 
@@ -399,7 +410,7 @@ def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
         [body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
     ].mean(axis=0)
     skirt = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
-    made = canonical_person(Sight(photographed(body), body, CAMERA, skirt), hangs=True)
+    made = canonical_person(with_skirt(Sight(photographed(body), body, CAMERA, skirt), True))
     mesh, standing = topology(), made.surface.standing
     assert standing is not None
     count = len(standing.vertices) - len(mesh.twin)

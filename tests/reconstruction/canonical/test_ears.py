@@ -17,6 +17,7 @@ from a2v.reconstruction.canonical.topology import topology
 from a2v.types import Body, Reconstruction, Surface
 from tests.support.faces import BLACK, CAMERA, with_hair
 from tests.support.faces import SKIN as TONE
+from tests.support.sights import with_skirt
 from tests.support.surfaces import coated
 
 TO_THE_LIPS, TO_THE_FOREHEAD = 0.05, 0.15
@@ -30,7 +31,7 @@ def dressed(body: Body) -> Reconstruction:
 
 def _made(body: Body, dressed: Reconstruction, hair: float) -> Surface:
     return canonical_person(
-        Sight(with_hair(body, hair), body, CAMERA, dressed), hangs=False
+        with_skirt(Sight(with_hair(body, hair), body, CAMERA, dressed), False)
     ).surface
 
 

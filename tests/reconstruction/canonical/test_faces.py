@@ -10,20 +10,17 @@ from scipy.spatial.transform import Rotation
 
 from a2v.body.face import face_landmarks, points_on_face
 from a2v.body.parts import PARTS, on_parts
-from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs.seen import HAIR, UPPER
-from a2v.reconstruction.bake import _of_hair
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
-from a2v.reconstruction.color import ColorSettings
-from a2v.reconstruction.colored import ColoredMesh
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting
+from a2v.reconstruction.coloring.bake import _of_hair
+from a2v.reconstruction.coloring.other_half import lent_to, of_other_half
+from a2v.reconstruction.coloring.tones import even_tones
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.face.facing import behind_limb, is_averted, turned_away
-from a2v.reconstruction.other_half import lent_to, of_other_half
-from a2v.reconstruction.projection import PhotoProjection
-from a2v.reconstruction.tones import even_tones
 from a2v.types import Body, Reconstruction, Surface
 from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
@@ -187,37 +184,31 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
         columns > CAMERA.center_u, 255, 0
     )  # the hidden half, picture right, is blue
     subject = dataclasses.replace(subject, image=image)
-    surface = canonical_person(Sight(subject, body, CAMERA, dressed)).surface
-    canvas = canvas_of(surface, subject, body, CAMERA, size=256)
+    sight = Sight(subject, body, CAMERA, dressed)
+    surface = canonical_person(sight).surface
+    canvas = canvas_of(surface, subject, CAMERA, sight.reading, ColorSettings(texture=256))
     agreement = canvas.agreement.copy()
     for name in ("head", "neck"):
         agreement[PARTS.index(name), :, agreement.shape[2] // 2 :] = 0
     canvas = dataclasses.replace(canvas, agreement=agreement)
-    photo = PhotoProjection(surface, subject, CAMERA)
-    photo.canvas = canvas
-    faces, vertices = surface.faces.astype(np.int64), surface.vertices.astype(np.float64)
-    mesh = ColoredMesh(
-        vertices, faces, vertex_normals(surface.vertices, faces), np.zeros(vertices.shape)
-    )
+    painting = Painting.of(surface, subject, CAMERA, ColorEvidence(canvas=canvas), ColorSettings())
+    faces, vertices = painting.faces, painting.vertices
     head = on_parts(canvas.parts, "head")[faces].all(axis=1)
     hidden = faces[head & (vertices[faces][..., 0] > 0.01).all(axis=1)]
     weight = np.full((len(hidden), 3, 1), 1 / 3)
-    kept, trust, colors = of_other_half(photo, mesh, hidden, weight, np.ones((len(hidden), 1)))
+    kept, trust, colors = of_other_half(painting, hidden, weight, np.ones((len(hidden), 1)))
     good = trust[:, 0] > 0.9
     assert kept.mean() > 0.9  # a face seen from the front is equally frontal on both sides
     assert good.sum() > 200
     assert colors[good, 2].max() < 0.1
     assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
-    known = (
-        canvas.agrees(CAMERA.project(vertices), canvas.parts) * photo.trust(vertices, mesh.normals)
-        > 0.5
-    )
+    known = painting.trust > 0.5
     lent = lent_to(canvas, known)
     assert lent.sum() > 100
     assert known[canvas.twin[lent]].all()
     assert not (lent & known).any()
     trunk = faces[on_parts(canvas.parts, "torso")[faces].all(axis=1)][:50]
-    kept, none, _ = of_other_half(photo, mesh, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
+    kept, none, _ = of_other_half(painting, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
     assert kept.all()
     assert not none.any()
 

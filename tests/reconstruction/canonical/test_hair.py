@@ -11,7 +11,6 @@ from a2v.body.parts import PARTS
 from a2v.geometry.mesh import is_closed, vertex_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
 from a2v.reconstruction.backs.seen import HAIR
-from a2v.reconstruction.bake import padded_layout
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.coloring import layout, load_layout
@@ -22,14 +21,16 @@ from a2v.reconstruction.canonical.hair import (
     hair_twins,
     strand_numbers,
 )
-from a2v.reconstruction.canonical.hair_seen import head_colors, long_hair
 from a2v.reconstruction.canonical.strands import COLUMNS
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.tones import combed
+from a2v.reconstruction.coloring.atlas import padded_layout
+from a2v.reconstruction.coloring.canvas import Canvas
+from a2v.reconstruction.coloring.tones import combed
+from a2v.reconstruction.reading.hair import head_colors, long_hair
 from a2v.types import Body, FloatArray, Standing, Subject
 from tests.support.bodies import with_turned_limb
 from tests.support.faces import BLACK, CAMERA, GREEN, with_hair
+from tests.support.sights import with_skirt
 from tests.support.surfaces import coated
 
 COUNT = 2 * ROWS * COLUMNS
@@ -69,7 +70,7 @@ def test_on_clothes_of_its_color_hair_is_seen_down_to_the_shoulders_alone(body: 
 @pytest.fixture(scope="module")
 def standing(body: Body, photo: Subject) -> Standing:
     made = canonical_person(
-        Sight(photo, body, CAMERA, coated(body, cell=0.02, coat=0.01)), hangs=False
+        with_skirt(Sight(photo, body, CAMERA, coated(body, cell=0.02, coat=0.01)), False)
     )
     assert made.surface.standing is not None
     assert is_closed(made.surface.vertices, made.surface.faces)

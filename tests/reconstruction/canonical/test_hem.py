@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.canonical.hem import line_between_legs, skirt_hem
-from a2v.reconstruction.limbs_seen import bare_legs
+from a2v.reconstruction.coloring.canvas import bare_legs
+from a2v.reconstruction.reading.hem import line_between_legs, skirt_hem
 from a2v.types import Body, Subject
 from tests.support.faces import CAMERA, photographed
 

@@ -12,6 +12,7 @@ from a2v.reconstruction.canonical.wear import without_anatomy
 from a2v.types import Body
 from tests.support.bodies import with_turned_limb
 from tests.support.faces import CAMERA, photographed
+from tests.support.sights import with_skirt
 from tests.support.surfaces import coated
 
 
@@ -21,7 +22,7 @@ def test_an_arm_that_hangs_on_the_trunk_gives_no_wings(body: Body) -> None:
     )
     surface = coated(hanging, cell=0.012, coat=0.025)
     standing = canonical_person(
-        Sight(photographed(hanging), hanging, CAMERA, surface), hangs=False
+        with_skirt(Sight(photographed(hanging), hanging, CAMERA, surface), False)
     ).surface.standing
     assert standing is not None
     mesh = topology()

@@ -17,7 +17,7 @@ from a2v.reconstruction.canonical import canonical_person
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.observe import Observed
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
-from a2v.reconstruction.colorings import color_by_photo
+from a2v.reconstruction.colorings import color_person
 from a2v.types import Surface
 from tests.support.bodies import near_view, random_body, turned
 from tests.support.surfaces import coated
@@ -94,9 +94,7 @@ def both_sides() -> tuple[Sight, Surface, Surface]:
     main, other = sights
     made = canonical_person(main, others=[other])
     plain = ColorSettings(texture=512, synthesis=False, delight=False)
-    colored = color_by_photo(
-        made, main.subject, main.body, main.camera, settings=plain, others=[other]
-    )
+    colored = color_person(made, sights, settings=plain)
     return other, made.surface, colored
 
 

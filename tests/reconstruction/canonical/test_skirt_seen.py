@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from a2v.reconstruction.canonical.hem import rest_height
-from a2v.reconstruction.canonical.legs_chart import ALONG, leg_joints, legs_chart
-from a2v.reconstruction.canonical.skirt_seen import find_skirt, look_for_skirt, skirt_in_chart
+from a2v.reconstruction.reading.hem import rest_height
+from a2v.reconstruction.reading.legs_chart import ALONG, leg_joints, legs_chart
+from a2v.reconstruction.reading.skirt import find_skirt, look_for_skirt, skirt_in_chart
 from a2v.samples.ready import load_ready_person
 from a2v.types import Body
 from tests.support.faces import CAMERA, photographed

@@ -110,6 +110,7 @@ def move(
     camera: Camera,
     subject: Subject,
     settings: MovedSettings,
+    count: int = len(POSES),
 ) -> Moved:
     """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
     ICP). In the T-pose the limbs are registered to the truth (`limb_turns`).
@@ -122,6 +123,8 @@ def move(
     ----------
     body, camera
         Fitted to the photo, in the pixels of `subject`.
+    count : int
+        Number of poses, the first ones of `POSES`.
     """
     zoom = camera_of_crop(case.camera, subject).scale / case.camera.scale
     scale = scale_at_hips(camera, body) / (zoom * case.hips_scale)
@@ -134,7 +137,7 @@ def move(
     outer = case.surface.faces[case.outer].astype(np.int64)
     truth = TruthPose(case.bones, case.heads, case.turns[0], case.vertices[0], outer)
     limbs = limb_turns(character, truth, scale, placed(first, 0)[1:], seed=settings.seed)
-    poses = carried(character.body, case.bones, case.heads, case.turns, limbs)
+    poses = carried(character.body, case.bones, case.heads, case.turns[:count], limbs)
     vertices = [placed(transforms, pose)[0] for pose, transforms in enumerate(poses)]
     made = scale * character.surface.vertices.astype(np.float64)
     return Moved(character, made, np.stack(vertices))
@@ -188,7 +191,8 @@ def compare_moved(
         )
         values[name] |= _pictures(case, moved, pose, settings)
         if name == T_POSE:
-            values[name]["other"] = 100 * _other_colors(case, moved, pose, settings)
+            outer = outer_faces(moved.surface(pose))
+            values[name]["other"] = 100 * _other_colors(case, moved, pose, settings, outer)
             values[name] |= _same_size(case, moved, pose, settings)
     return values
 
@@ -257,12 +261,23 @@ def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
 
 
-def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
+def color_scores(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings, outer: IntArray
+) -> dict[str, float]:
+    """Other part's color (%), PSNR (dB) and SSIM in a pose; `outer` (n,) are the faces of the
+    character that are visible from outside (`outer_faces`)."""
+    other = 100 * _other_colors(case, moved, pose, settings, outer)
+    return {"other": other} | _pictures(case, moved, pose, settings)
+
+
+def _other_colors(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings, outer: IntArray
+) -> float:
     """Share of the visible surface of the character with the color of another part; the inside of
     the mouth is left out of character and truth."""
     surface = moved.surface(pose)
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
-    mine, colors = colored_points(surface, outer_faces(surface), settings.colored, settings.seed)
+    mine, colors = colored_points(surface, outer, settings.colored, settings.seed)
     theirs, truth = colored_points(true, case.outer, settings.points, settings.seed + 1)
     return float(of_other_parts(mine, colors, theirs, truth).mean())
 

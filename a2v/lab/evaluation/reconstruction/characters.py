@@ -11,7 +11,7 @@ from a2v.body.settings import FitSettings
 from a2v.body.together import fit_together
 from a2v.reconstruction.backends import DEFAULT_BACKEND, reconstruct, settings_of
 from a2v.reconstruction.canonical import Sight, canonical_person
-from a2v.reconstruction.colorings import color_by_photo
+from a2v.reconstruction.colorings import color_person
 from a2v.types import Subject, Surface
 
 
@@ -53,5 +53,5 @@ def character_of(
     ]
     main, *others = sights
     made = canonical_person(main, others=others)
-    colored = color_by_photo(made, main.subject, main.body, main.camera, others=others)
+    colored = color_person(made, sights)
     return colored, dataclasses.replace(settled[0], residuals=fits[0].residuals)

@@ -13,9 +13,9 @@ from a2v.body.parts import PARTS
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import evened, vertex_normals, within
-from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.projection import PhotoProjection
-from a2v.reconstruction.shading import LUMINANCE, photo_without_shading
+from a2v.reconstruction.coloring.canvas import Canvas
+from a2v.reconstruction.coloring.projection import PhotoProjection
+from a2v.reconstruction.coloring.shading import LUMINANCE, photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 _LEAST = 60
@@ -78,16 +78,15 @@ class OtherPhoto:
             np.asarray(surface.vertices, np.float64),
         )
         normals = vertex_normals(surface.vertices, faces)
-        photo = PhotoProjection(surface, subject, camera)
-        photo.canvas = canvas
-        trust = photo.trust(vertices, normals) * canvas.agrees(
-            camera.project(vertices), canvas.owners
-        )
+        photo = PhotoProjection(surface, subject, camera, canvas)
+        trust = photo.trust(vertices, normals, canvas.owners)
         trust = trust * (photo.unoccluded(vertices) & (normals[:, 2] > 0))
         colors = photo.patch_colors(vertices, faces)
         if delight and (trust > 0.5).any():
-            photo.clean = photo_without_shading(
-                photo.clean, camera, vertices, faces, normals, colors=colors, seen=trust > 0.5
+            photo = photo.in_colors(
+                photo_without_shading(
+                    photo.clean, camera, vertices, faces, normals, colors=colors, seen=trust > 0.5
+                )
             )
             colors = photo.patch_colors(vertices, faces)
         return cls(
@@ -119,9 +118,7 @@ class OtherPhoto:
         point, normal = (within(values, corner, weight) for values in (self.vertices, self.normals))
         pixels = self.photo.camera.project(point)
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
-        trust = self.photo.trust(point, normal) * self.canvas.agrees(
-            pixels, self.canvas.owners[strongest]
-        )
+        trust = self.photo.trust(point, normal, self.canvas.owners[strongest])
         trust = trust * (self.allowed[corner] * weight[..., 0]).sum(axis=1)
         return trust[:, None], _exposed(sample_image(self.photo.clean, pixels), self.gain)
 

@@ -1,5 +1,5 @@
 """A chart of the legs: the photo and the mask, resampled along both legs, so that the pose changes
-little. A small network finds skirts in it (`skirt_seen`)."""
+little. A small network finds skirts in it (`skirt`)."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.backs.seen import HAIR, LIMB_PARTS, SKIN
-from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.coloring.canvas import Canvas
 from a2v.types import BoolArray, FloatArray, IntArray
 
 RIM = (0.015, 0.035)

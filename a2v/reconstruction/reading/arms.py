@@ -1,4 +1,4 @@
-"""Find arms, hands and bare feet in the photo by landmarks and skin color, even if the fitted arms
+"""Find arms and hands in the photo by landmarks and skin color, even if the fitted arms
 are elsewhere."""
 
 from __future__ import annotations
@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
+from a2v.reconstruction.reading.skin import CHROMA, like_skin, lit_skin, photo_and_skin, within_mask
 from a2v.types import Body, BoolArray, ByteArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
@@ -25,14 +26,6 @@ _OFF = 0.06
 meters."""
 _BEHIND = -0.12
 """Depth of a wrist relative to its shoulder below which the trunk may occlude it, meters."""
-_SKIN_HUES = (25.0, 85.0)
-"""Range of the hue of skin, degrees in CIELAB: reddish to yellow."""
-_CHROMA = 8.0
-"""Smallest chroma of skin, CIELAB units."""
-_HUE = np.array([0.35, 1.0, 1.0])
-"""Weights of lightness, a and b: the light on hands differs from that on the face."""
-_LIKE = 15.0
-"""Largest distance of skin from the color of the face, CIELAB units."""
 _GLOVE = 0.25
 """Share of skin below which hands wear gloves."""
 _WARM = (10.0, 90.0)
@@ -56,17 +49,8 @@ _SKIN_SHIRT = 0.3
 """Share of such pixels on the trunk from which on cloth has the color of skin."""
 _FEW_OF_ARM = 200
 """Smallest number of pixels of a forearm that tell whether it is bare."""
-_BARE_FEET = 0.85
-"""Feet are bare if at least this fraction of each foot's pixels, and of the shins' above the
-ankles, have the face's skin color. Shoes of that color are more common than bare feet without
-such shins."""
-_ANKLE = 0.12
-"""Shins up to this height above the ankle are compared, meters."""
-_HEM = 0.1
-"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
-meters."""
-_FEW = 30
-"""Smallest number of pixels of a foot, and of a shin."""
+_LEAST = 30
+"""Smallest number of pixels of hands that give their color."""
 _FINGERS = (
     (0, 1, 2, 3, 4),
     (0, 5, 6, 7, 8),
@@ -141,7 +125,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     arms : (P, h, w) bool
         Of `arms_by_landmarks`.
     """
-    found = _photo_and_skin(subject, arms.shape[1:], step)
+    found = photo_and_skin(subject, arms.shape[1:], step)
     if found is None:
         return None
     lab, face = found
@@ -150,7 +134,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
             known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
     tones = [tone for tone in known if tone is not None]
-    like = np.any([_like(lab, tone) for tone in tones], axis=0)
+    like = np.any([like_skin(lab, tone) for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
         own = arms[PARTS.index(f"{side}_hand")]
         if (
@@ -177,7 +161,7 @@ def bare_forearms(
     shown : (h, w) int
         Part that the posed body shows on every pixel; -1 for none.
     """
-    inside = _inside(subject, shown.shape)
+    inside = within_mask(subject, shown.shape)
     trunk = (shown == PARTS.index("torso")) & inside & ~arms.any(axis=0)
     if skin is None or not trunk.any() or skin[trunk].mean() > _SKIN_SHIRT:
         return ()
@@ -209,14 +193,14 @@ def gloves(
     """
     import cv2
 
-    found = _photo_and_skin(subject, shown.shape, step)
+    found = photo_and_skin(subject, shown.shape, step)
     if found is None:
         return None
     lab, tone = found
-    mask = _inside(subject, shown.shape)
+    mask = within_mask(subject, shown.shape)
     hue = np.degrees(np.arctan2(lab[..., 2], lab[..., 1]))
-    skin = _like(lab, tone)
-    skin |= (hue > _WARM[0]) & (hue < _WARM[1]) & (np.hypot(lab[..., 1], lab[..., 2]) > _CHROMA)
+    skin = like_skin(lab, tone)
+    skin |= (hue > _WARM[0]) & (hue < _WARM[1]) & (np.hypot(lab[..., 1], lab[..., 2]) > CHROMA)
     worn = np.zeros(shown.shape, bool)
     for number, side in enumerate(("left", "right")):
         hand, arm = (PARTS.index(f"{side}_{name}") for name in ("hand", "lower_arm"))
@@ -235,99 +219,21 @@ def gloves(
             worn |= told
     if not worn.any():
         return None
-    like = _like(lab, np.median(lab[worn], axis=0))
+    like = like_skin(lab, np.median(lab[worn], axis=0))
     return like if like[worn].mean() > _ONE_COLOR else None
 
 
-def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
-    """Return whether the photo shows feet without shoes; False if it does not show enough.
-
-    Parameters
-    ----------
-    body : Body
-        Fitted.
-    shown : (h, w) int
-        Part that the posed body shows on every `step`-th pixel; -1 for none.
-    """
-    found = _photo_and_skin(subject, shown.shape, step)
-    if found is None:
-        return False
-    lab, tone = found
-    like = _like(lab, tone)
-    mask = _inside(subject, shown.shape)
-    seen = 0
-    for side, letter in (("left", ".L"), ("right", ".R")):
-        ankle = body.bone_transforms[body.bone_names.index(f"foot{letter}"), :3, 3]
-        lowest = camera.project(ankle[None].astype(np.float64))[0, 1] / step
-        rows = np.arange(shown.shape[0])[:, None]
-        near = (rows > lowest - _ANKLE * camera.scale / step) & mask
-        parts = [near & (shown == PARTS.index(f"{side}_{part}")) for part in ("foot", "shin")]
-        if min(part.sum() for part in parts) < _FEW:
-            continue
-        seen += 1
-        if min(like[part].mean() for part in parts) < _BARE_FEET:
-            return False
-    return seen > 0
-
-
-def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
-    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
-
-    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
-    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
-    """
+def tone_of_hands(image: ByteArray, like: BoolArray | None, arms: BoolArray) -> FloatArray | None:
+    """Return the color (3,), sRGB in [0, 1], of the hands or gloves in a picture (H, W, 3), else of
+    all pixels (h, w) `like` them; None if unknown. `arms` (P, h, w) is that of
+    `arms_by_landmarks`."""
     import cv2
 
-    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
-    for part, name in enumerate(PARTS):
-        if name.endswith(("thigh", "shin")):
-            agreement[part][near & ~skin] = 0
-    agreement[PARTS.index("torso")][hanging & skin] = 0
-
-
-def _photo_and_skin(
-    subject: Subject, shape: tuple[int, ...], step: int
-) -> tuple[FloatArray, FloatArray] | None:
-    """The photo (h, w, 3) at every `step`-th pixel and the skin (3,) of its face, CIELAB; None if
-    this is not visible."""
-    import cv2
-    from skimage.color import rgb2lab
-
-    if subject.face is None:
+    if like is None or not like.any():
         return None
-    small = cv2.resize(subject.image, shape[::-1], interpolation=cv2.INTER_AREA)
-    lab = np.asarray(rgb2lab(small), np.float64)
-    column, row = (subject.face[:, :2] / step).astype(np.int64).T
-    tone = lit_skin(lab[np.clip(row, 0, shape[0] - 1), np.clip(column, 0, shape[1] - 1)])
-    return None if tone is None else (lab, tone)
-
-
-def _inside(subject: Subject, shape: tuple[int, ...]) -> BoolArray:
-    """Pixels (h, w) of a smaller picture that lie inside of the person's mask."""
-    import cv2
-
-    small = cv2.resize(subject.mask.astype(np.float32), shape[::-1], interpolation=cv2.INTER_AREA)
-    return np.asarray(small > 0.9)
-
-
-def _like(lab: FloatArray, tone: FloatArray) -> BoolArray:
-    """Which colors (..., 3), CIELAB, are like a tone (3,), in any light."""
-    return np.asarray(np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE)
-
-
-def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Return the tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin;
-    None if there are few.
-
-    The darker half is hair and shadow.
-    """
-    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-    skin = lab[
-        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _CHROMA)
-    ]
-    if len(skin) < 10 or len(skin) < 0.25 * len(lab):
-        return None
-    return np.asarray(np.median(skin[skin[:, 0] >= np.median(skin[:, 0])], axis=0))
+    hands = like & arms[[name.endswith("hand") for name in PARTS]].any(axis=0)
+    small = cv2.resize(image, like.shape[::-1], interpolation=cv2.INTER_AREA)
+    return np.asarray(np.median(small[hands if hands.sum() > _LEAST else like], axis=0) / 255.0)
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:

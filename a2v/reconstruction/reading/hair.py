@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.reconstruction.limbs_seen import lit_skin
 from a2v.reconstruction.palettes import clustered_colors, palette_distance
+from a2v.reconstruction.reading.record import HairSeen
+from a2v.reconstruction.reading.skin import lit_skin
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 SHADE = np.array([0.35, 1.0, 1.0])
@@ -49,33 +50,6 @@ _CHIN = 152
 """Landmark of the chin in mediapipe's face mesh."""
 _FOREHEAD = 10
 """Landmark of the upper end of the forehead."""
-
-
-@dataclass(frozen=True, eq=False)
-class HairSeen:
-    """Long hair in the photo.
-
-    Attributes
-    ----------
-    pixels : (H, W) bool
-        Pixels that show hair.
-    like_cloth : bool
-        Whether the clothes have the color of the hair, so that the photo does not show where hair
-        on the trunk ends.
-    free : bool
-        Whether below many ends of the hair there is background or skin. Above a shoulder, hair may
-        continue behind it.
-    """
-
-    pixels: BoolArray
-    like_cloth: bool
-    free: bool
-
-    def at(self, pixels: FloatArray) -> BoolArray:
-        """Return which of the places `pixels` (n, 2) show hair."""
-        column, row = np.floor(pixels).astype(np.int64).T
-        high, wide = self.pixels.shape
-        return np.asarray(self.pixels[np.clip(row, 0, high - 1), np.clip(column, 0, wide - 1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +172,8 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     bare = ~mask | (far_from_skin < _ALIKE)
     pixels = np.zeros(subject.mask.shape, bool)
     pixels[: len(found)] = found
-    return HairSeen(pixels, like_cloth, _ends_free(found, bare, place, camera))
+    free = _ends_free(found, bare, place, camera)
+    return HairSeen(pixels=pixels, like_cloth=like_cloth, free=free)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.limbs_seen import lit_skin
-from a2v.reconstruction.shown import STEP, body_shown
+from a2v.reconstruction.reading.shown import STEP, body_shown
+from a2v.reconstruction.reading.skin import lit_skin
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _ALONG = np.linspace(0.3, 1.75, 88)

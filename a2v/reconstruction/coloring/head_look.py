@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
-from a2v.reconstruction.backs.seen import lab_of
+from a2v.reconstruction.palettes import lab_of
 from a2v.types import BoolArray, FloatArray
 
 _SHADE = np.array([0.5, 1.0, 1.0])

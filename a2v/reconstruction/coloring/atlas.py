@@ -7,10 +7,12 @@ general tool, takes half a minute on such meshes.)
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.geometry.images import nearest_known
 from a2v.geometry.rays import ray_scene, texels
 from a2v.types import FloatArray, IntArray
 
@@ -41,6 +43,48 @@ class Atlas:
     face: IntArray
     barycentric: FloatArray
     density: float
+
+
+@dataclass(frozen=True, eq=False)
+class PaddedAtlas:
+    """A layout whose charts are extended beyond their borders, so that filtering and mipmaps show
+    no gaps.
+
+    Attributes
+    ----------
+    atlas : Atlas
+    slivers : (n,) int
+        Faces between texel centers. A sliver would show the color of any chart nearby, so each gets
+        a colored texel of its own in the padding.
+    spots : two arrays (n,) int
+        Rows and columns of these texels.
+    nearest : two arrays (size, size) int
+        Row and column of the nearest texel with a color.
+    """
+
+    atlas: Atlas
+    slivers: IntArray
+    spots: tuple[IntArray, IntArray]
+    nearest: tuple[IntArray, IntArray]
+
+    @classmethod
+    def of(cls, atlas: Atlas) -> PaddedAtlas:
+        """Pad the layout of a mesh."""
+        filled = np.asarray(atlas.face >= 0)
+        missed = np.setdiff1d(np.arange(len(atlas.uv)), atlas.face[filled])
+        middle = atlas.uv[missed].mean(axis=1) * atlas.size
+        row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
+        column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
+        lone = ~filled[row, column]
+        spots = row[lone], column[lone]
+        filled[spots] = True
+        return cls(atlas, missed[lone], spots, nearest_known(filled))
+
+
+@functools.lru_cache(maxsize=1)
+def padded_layout(atlas: Atlas) -> PaddedAtlas:
+    """Pad a layout that many people share (`PaddedAtlas.of`), once for all of them."""
+    return PaddedAtlas.of(atlas)
 
 
 def make_atlas(

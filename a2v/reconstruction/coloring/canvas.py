@@ -4,31 +4,21 @@ each pixel of the photo."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
-from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.coloring.atlas import Atlas
 from a2v.reconstruction.flanks import flanks_beside_arms
-from a2v.reconstruction.held import held_things
-from a2v.reconstruction.limbs_seen import (
-    arms_by_landmarks,
-    bare_forearms,
-    bare_hands,
-    bare_legs,
-    gloves,
-)
-from a2v.reconstruction.shown import STEP, body_shown, vertices_shown
-from a2v.reconstruction.surroundings import like_surroundings
+from a2v.reconstruction.reading.record import HairSeen, Reading
+from a2v.reconstruction.reading.shown import STEP, vertices_shown
 from a2v.types import (
-    Body,
     BodyMap,
     BoolArray,
     ByteArray,
-    Camera,
     FloatArray,
     IntArray,
     OrthographicCamera,
@@ -62,6 +52,9 @@ _SAMPLES = 600
 """Largest number of pixels of a part that are compared."""
 _LEAST = 30
 """Smallest number of pixels of a part that are needed."""
+_HEM = 0.1
+"""Distance from cloth in front of legs within which the cloth may hang differently in the photo,
+meters."""
 _CLOTH = 0.4
 """Share of cloth that looks like skin above which both are not separated."""
 _WITHIN_HAIR = 0.002
@@ -95,7 +88,7 @@ class Canvas:
     strands : (V,) int, optional
         Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
     bare : sequence of str
-        Forearms without sleeves (`a2v.reconstruction.limbs_seen.bare_forearms`).
+        Forearms without sleeves (`Reading.bare_forearms`).
     """
 
     rest: FloatArray
@@ -138,154 +131,114 @@ def strangers() -> BoolArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Clues:
-    """Further evidence on the part of pixels.
+class Layers:
+    """Separate layers of a canonical person with V vertices.
 
     Attributes
     ----------
-    taken : (h, w) bool
-        Pixels of the mask that do not show the person (`surroundings_taken`).
-    arms : (P, h, w) bool, better : (P,) bool
-        Arms by the landmarks, and the parts for which these are better than the fit
-        (`a2v.reconstruction.limbs_seen.arms_by_landmarks`).
-    skin : (h, w) bool, optional
-        Pixels that look like the skin of bare hands; None if unknown
-        (`a2v.reconstruction.limbs_seen.bare_hands`).
     loose : (V,) bool
-        Vertices of a separate layer of cloth: in their pixels the body map is not used.
-    gloves : (h, w) bool, optional
-        Pixels that look like the gloves on both hands; None for hands without gloves
-        (`a2v.reconstruction.limbs_seen.gloves`).
+        Vertices of a layer of cloth: in their pixels the body map is not used.
     strands : (V,) bool, optional
-        Vertices of a separate layer of long hair.
-    hair : (H, W) bool, optional
-        Pixels of the photo that show long hair; None: those of the head.
-    bare : sequence of str
-        Forearms without sleeves.
+        Vertices of a layer of long hair.
     """
 
-    taken: BoolArray
-    arms: BoolArray
-    better: BoolArray
-    skin: BoolArray | None
     loose: BoolArray
-    gloves: BoolArray | None = None
     strands: BoolArray | None = None
-    hair: BoolArray | None = None
-    bare: Sequence[str] = ()
 
-    def against(self, part: int, apart: BoolArray) -> BoolArray:
-        """Return the pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do
-        not grow into each other."""
-        return np.asarray(self.taken | self.arms[self.better & apart[part]].any(axis=0))
-
-    def within(self, part: int) -> BoolArray | None:
-        """Return the only pixels (h, w) that may belong to a part; None for all. Fingers are too
-        thin for a margin here."""
-        own = self.arms[part] if self.better[part] else None
-        like = self.skin if self.gloves is None else self.gloves
-        if like is None or not PARTS[part].endswith("hand"):
-            return own
-        return like if own is None else np.asarray(own & like)
-
-    def tone(self, image: ByteArray) -> FloatArray | None:
-        """Return the color (3,), sRGB in [0, 1], of the hands or gloves in a picture (H, W, 3),
-        else of all skin; None if unknown."""
-        import cv2
-
-        like = self.skin if self.gloves is None else self.gloves
-        if like is None or not like.any():
-            return None
-        hands = like & self.arms[[name.endswith("hand") for name in PARTS]].any(axis=0)
-        small = cv2.resize(image, like.shape[::-1], interpolation=cv2.INTER_AREA)
-        return np.asarray(np.median(small[hands if hands.sum() > _LEAST else like], axis=0) / 255.0)
+    @property
+    def all(self) -> BoolArray:
+        """Vertices (V,) of any layer."""
+        return self.loose if self.strands is None else self.loose | self.strands
 
 
-def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
-    """Evidence from a photo and its fitted body."""
-    height, width = (side // STEP for side in subject.mask.shape)
-    arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
-    shown = body_shown(body, subject, camera)
-    worn = gloves(subject, arms, shown, camera.scale / STEP, STEP)
-    skin = bare_hands(subject, arms, STEP) if worn is None else None
-    return Clues(
-        surroundings_taken(subject, shown, camera),
-        arms,
-        better,
-        skin,
-        loose,
-        worn,
-        bare=bare_forearms(subject, arms, skin, shown),
-    )
+def _against(reading: Reading, arms: BoolArray, part: int, apart: BoolArray) -> BoolArray:
+    """Return the pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do not
+    grow into each other."""
+    return np.asarray(reading.taken | arms[reading.better & apart[part]].any(axis=0))
 
 
-def surroundings_taken(subject: Subject, shown: IntArray, camera: Camera) -> BoolArray:
-    """Return the pixels (h, w), every `STEP`-th, of the person's mask that show the background or
-    held objects; `shown` (h, w) is that of `body_shown`."""
-    scale = camera.scale / STEP
-    return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
+def _only_within(reading: Reading, arms: BoolArray, part: int) -> BoolArray | None:
+    """Return the only pixels (h, w) that may belong to a part; None for all. Fingers are too thin
+    for a margin here."""
+    own = arms[part] if reading.better[part] else None
+    like = reading.like_hands
+    if like is None or not PARTS[part].endswith("hand"):
+        return own
+    return like if own is None else np.asarray(own & like)
 
 
 def part_agreement(
-    surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera, *, clues: Clues
+    surface: Surface,
+    layers: Layers,
+    subject: Subject,
+    camera: OrthographicCamera,
+    reading: Reading,
+    off: Set[str] = frozenset(),
 ) -> ByteArray:
     """For each part and pixel (P, h, w), 0 to 255: whether the pixel belongs to the part.
 
     It does if neither the posed character nor the body map shows another part there or next to it.
     Around such borders, where the fit may be wrong, the color of the pixel must not be that of the
     other part. Along a hanging arm there is such a border between trunk and upper arm too, and
-    colors at the rim of the trunk must occur within it. The `clues` must not exclude the pixel.
+    colors at the rim of the trunk must occur within it. The `reading` must not exclude the pixel.
+    Rules in `off` are left out (`a2v.reconstruction.rules.COLORING`).
     """
     import cv2
 
+    assert surface.standing is not None
+    parts, arms = np.asarray(surface.standing.parts, np.int64), reading.arms
     height, width = (side // STEP for side in subject.mask.shape)
     vertex = vertices_shown(surface, camera, (height, width))
     shown = np.where(vertex >= 0, parts[vertex], -1)
-    told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
-    hanging = (vertex >= 0) & clues.loose[vertex]
+    bodymap = None if "follow_map" in off else subject.bodymap
+    told = None if bodymap is None else _parts_of_map(bodymap, (height, width))
+    hanging = (vertex >= 0) & layers.loose[vertex]
     if told is not None:
         told[:, hanging] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
     scale = camera.scale / STEP
-    layers = clues.loose if clues.strands is None else clues.loose | clues.strands
     palettes = _Palettes(
         cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA),
         shown,
         apart,
         scale,
     )
-    flanks = flanks_beside_arms(surface, vertex, shown, layers, palettes.lab, scale)
+    flanks = flanks_beside_arms(surface, vertex, shown, layers.all, palettes.lab, scale)
+    if "part_flanks" in off:
+        flanks = {}
     for part in range(len(PARTS)):
         others = np.isin(shown, np.flatnonzero(apart[part]))
         if told is not None:
             others |= told[apart[part]].sum(axis=0) > _MIXED
-        others |= clues.against(part, apart) | flanks.get(part, False)
+        others |= _against(reading, arms, part, apart) | flanks.get(part, False)
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
         near = cv2.distanceTransform((~before).astype(np.uint8), cv2.DIST_L2, 5) / scale
         doubtful = (shown == part) & (near < _DOUBTFUL) & ~others
-        others[doubtful] = palettes.of_others(part, doubtful)
+        if "sort_by_palette" not in off:
+            others[doubtful] = palettes.of_others(part, doubtful)
         away = cv2.distanceTransform((~others).astype(np.uint8), cv2.DIST_L2, 5) / scale
         result[part] = np.clip((away - _MARGIN) / _FADE, 0, 1) * 255
     for part in range(len(PARTS)):
-        within = clues.within(part)
+        within = _only_within(reading, arms, part)
         if within is not None:
             result[part][~within] = 0
-    if hanging.any() and clues.skin is not None and clues.skin[hanging].mean() < _CLOTH:
-        bare_legs(result, hanging, clues.skin, scale)
-    return result if clues.strands is None else _with_hair(result, clues, scale)
+    skin = None if "clear_hem" in off else reading.skin
+    if hanging.any() and skin is not None and skin[hanging].mean() < _CLOTH:
+        bare_legs(result, hanging, skin, scale)
+    return result if layers.strands is None else _with_hair(result, reading.hair, scale)
 
 
-def _with_hair(agreement: ByteArray, clues: Clues, scale: float) -> ByteArray:
+def _with_hair(agreement: ByteArray, seen: HairSeen | None, scale: float) -> ByteArray:
     """Add a row for long hair to `agreement` (P, h, w): it takes only pixels of hair, deep within
     them. Trunk and neck take none of these."""
     import cv2
 
-    if clues.hair is None:
+    if seen is None:
         return np.concatenate([agreement, agreement[PARTS.index("head")][None]])
     size = agreement.shape[:0:-1]
-    hair = cv2.resize(clues.hair.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    hair = cv2.resize(seen.pixels.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
     deep = cv2.distanceTransform(hair.astype(np.uint8), cv2.DIST_L2, 5) / scale
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 5) / scale
     for name in ("torso", "neck"):
@@ -367,3 +320,18 @@ def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:
             layer, move, size[::-1], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         )
     return told
+
+
+def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
+    """Restrict the pixels around the hem of hanging cloth, which hangs differently in the photo.
+
+    Legs take only pixels of `skin` (h, w), and the cloth takes only other pixels. `hanging` (h, w)
+    is the cloth. `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
+    """
+    import cv2
+
+    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
+    for part, name in enumerate(PARTS):
+        if name.endswith(("thigh", "shin")):
+            agreement[part][near & ~skin] = 0
+    agreement[PARTS.index("torso")][hanging & skin] = 0

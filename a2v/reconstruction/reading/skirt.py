@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.reconstruction.canonical.hanging import BENT, hangs_between_legs, hips_bent
-from a2v.reconstruction.canonical.hem import line_between_legs, rest_height, skirt_hem
-from a2v.reconstruction.canonical.legs_chart import ALONG, leg_joints, legs_chart
+from a2v.reconstruction.reading.hanging import BENT, hangs_between_legs, hips_bent
+from a2v.reconstruction.reading.hem import line_between_legs, rest_height, skirt_hem
+from a2v.reconstruction.reading.legs_chart import ALONG, leg_joints, legs_chart
 from a2v.sessions import WEIGHTS, open_session, read_metadata
 from a2v.types import Body, Camera, FloatArray, Subject, Surface
 

@@ -8,9 +8,8 @@ from a2v.body.parts import on_parts
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import within
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canvas import Canvas
-from a2v.reconstruction.colored import ColoredMesh
-from a2v.reconstruction.projection import PhotoProjection
+from a2v.reconstruction.coloring.canvas import Canvas
+from a2v.reconstruction.coloring.painting import Painting
 from a2v.types import BoolArray, FloatArray, IntArray
 
 HEAD = ("head", "neck")
@@ -26,11 +25,7 @@ def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
 
 
 def of_other_half(
-    photo: PhotoProjection,
-    mesh: ColoredMesh,
-    corner: IntArray,
-    weight: FloatArray,
-    trust: FloatArray,
+    painting: Painting, corner: IntArray, weight: FloatArray, trust: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Sample the mirrored places of a head.
 
@@ -43,21 +38,21 @@ def of_other_half(
     squarely; the trust (n, 1) in the colors of the mirrored place; and these colors (n, 3), sRGB.
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
-    own = (
-        np.flatnonzero(_all_of(on_parts(photo.canvas.parts, *HEAD), corner))
-        if photo.canvas is not None
-        else np.zeros(0, np.int64)
-    )
-    if photo.canvas is None or not len(own):
+    photo, canvas = painting.photo, painting.canvas
+    if canvas is None or "mirror_texels" in painting.settings.off:
+        return kept, beyond, colors
+    own = np.flatnonzero(_all_of(on_parts(canvas.parts, *HEAD), corner))
+    if not len(own):
         return kept, beyond, colors
     share = weight[own]
-    there = photo.canvas.twin[corner[own]]
-    point, normal = (within(values, there, share) for values in (mesh.vertices, mesh.normals))
-    pixels = photo.camera.project(point)
-    owner = photo.canvas.owners[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
-    beyond[own, 0] = photo.trust(point, normal) * photo.canvas.agrees(pixels, owner)
-    colors[own] = sample_image(photo.clean, pixels)
-    facing = np.maximum(within(mesh.normals, corner[own], share)[:, 2], 0.0)
+    there = canvas.twin[corner[own]]
+    point, normal = (
+        within(values, there, share) for values in (painting.vertices, painting.normals)
+    )
+    owner = canvas.owners[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
+    beyond[own, 0] = photo.trust(point, normal, owner)
+    colors[own] = sample_image(photo.clean, photo.camera.project(point))
+    facing = np.maximum(within(painting.normals, corner[own], share)[:, 2], 0.0)
     worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)
     kept[own, 0] *= 1 - worse * beyond[own, 0]
     return kept, beyond, colors

@@ -23,7 +23,7 @@ from a2v.formats import read_bvh, read_deepmimic, read_motion, write_bvh
 from a2v.formats.deepmimic import _FRAME
 from a2v.io import atomic_path, clear_leftovers, write_npz
 from a2v.kinematics.resample import resample_motion
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.survey_answers import read_key
 from a2v.perception.photo import decode_photo

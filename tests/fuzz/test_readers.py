@@ -22,7 +22,7 @@ from a2v.formats import read_bvh, read_motion, write_bvh
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.kinematics import CMU
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.liquid_warp import read_face_texture
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table

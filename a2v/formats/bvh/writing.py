@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.bvh.conventions import UNITS
 from a2v.formats.characters import check_clips
+from a2v.formats.conventions import UNITS
 from a2v.geometry.polar import nearest_rotations
 from a2v.io import atomic_path
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between

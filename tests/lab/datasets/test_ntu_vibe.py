@@ -14,7 +14,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.kinematics import HUMANACT12, NTU_VIBE
 from a2v.lab.datasets import load_dataset
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.ntu_vibe import KEPT_JOINTS
 from a2v.lab.evaluation.classifier import load_evaluator
 from a2v.lab.motion.networks import VAESettings

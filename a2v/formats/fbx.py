@@ -42,7 +42,7 @@ MAX_BYTES = 256 << 20
 """Largest size of an FBX that is read, bytes."""
 HEAP_MB = 2048
 """Memory limit of the scripts, MB."""
-_MAGICS = (b"Kaydara FBX Binary", b"; FBX")
+STARTS = (b"Kaydara FBX Binary", b"; FBX")
 """First bytes of binary and of text files."""
 
 
@@ -123,7 +123,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     """
     source = Path(source)
     data = read_bytes(source, limit=MAX_BYTES)
-    if not data[:64].lstrip().startswith(_MAGICS):
+    if not data[:64].lstrip().startswith(STARTS):
         raise InputError(f"{source} is not an FBX file")
     try:
         check_fbx(data)

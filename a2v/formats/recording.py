@@ -44,6 +44,8 @@ class Recording:
     fps : float
     up : str or None
         Upward axis that the format states; None guesses it.
+    known : bool
+        Whether joints that are those of a data set get its skeleton and their order there.
     notes : tuple of str
         What is particular about the file, a sentence each.
     """
@@ -55,6 +57,7 @@ class Recording:
     rotmats: FloatArray
     fps: float
     up: str | None = None
+    known: bool = True
     notes: tuple[str, ...] = ()
 
 
@@ -108,7 +111,14 @@ def motion_of(
     )
     tree = dataclasses.replace(tree, offsets=np.round((tree.offsets * scale) @ to_y_up.T, 7))
     told = {"source": file.source, "units": unit, "scale": scale, "up": axis, "notes": notes}
-    return _motion(tree, posed, fps=file.fps, action=action, facts={**told, **(facts or {})})
+    known = _known_skeleton(tree.names, tree.parents) if file.known else None
+    if known is not None:  # BVH lists joints depth first
+        tree = tree.ordered(
+            [tree.names.index(name) for name in known.joint_names], known.parents.tolist()
+        )
+    skeleton = known or skeleton_of("custom", tree.parents, tree.names)
+    motion = _motion(tree, posed, skeleton, fps=file.fps)
+    return dataclasses.replace(motion, action=action, provenance={**told, **(facts or {})})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,17 +178,8 @@ class _Posed:
     rotmats: FloatArray
 
 
-def _motion(
-    tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]
-) -> Motion:
-    """Make the motion of a tree with `offsets` in meters and y up; the joints of a data set's
-    skeleton are in its order."""
-    known = _known_skeleton(tree.names, tree.parents)
-    if known is not None:  # BVH lists joints depth first
-        tree = tree.ordered(
-            [tree.names.index(name) for name in known.joint_names], known.parents.tolist()
-        )
-    skeleton = known or skeleton_of("custom", tree.parents, tree.names)
+def _motion(tree: _Tree, posed: _Posed, skeleton: Skeleton, *, fps: float) -> Motion:
+    """Make the motion of a tree with `offsets` in meters, y up, and the joints of `skeleton`."""
     joints = posed.world[:, tree.keep]
     bones = np.stack([posed.rotmats[:, bearer] for bearer in tree.bearers], 1)
     to_offset = np.tile(np.eye(3), (len(joints), len(tree.keep), 1, 1))
@@ -196,8 +197,6 @@ def _motion(
         parents=np.asarray(tree.parents),
         joint_names=tuple(tree.names),
         skeleton=skeleton.name,
-        action=action,
-        provenance=facts,
         rest_offsets=tree.offsets,
     )
 

@@ -66,4 +66,6 @@ def test_an_entry_is_all_that_a_format_needs(tmp_path: Path) -> None:
     assert suffixes_of(formats)[-1] == ".abc"
     with pytest.raises(InputError, match=r"ends in \.bvh, \.npz or \.abc"):
         writer_of("m.txt", formats)
-    assert readable_motions() == ".bvh, .npz or DeepMimic's .txt"
+    assert readable_motions() == (
+        ".bvh, .npz, .npy, .pkl, .pt, .fbx, .glb, .gltf, .vrm, .vrma or DeepMimic's .txt"
+    )

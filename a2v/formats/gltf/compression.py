@@ -12,6 +12,9 @@ import tempfile
 from pathlib import Path
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
+from a2v.formats.gltf.bounds import MAX_NUMBERS
+from a2v.formats.gltf.document import pack_glb
+from a2v.formats.gltf.reading import Gltf, read_glb
 from a2v.io import atomic_path, shorten
 from a2v.npm import NpmPackages, find_node
 from a2v.system import link_folder
@@ -97,6 +100,37 @@ def decompress_glb(source: str | os.PathLike[str], target: Path) -> None:
         link_folder(Path(folder) / "node_modules", modules.resolve())
         script = str(Path(folder) / DECODER.name)
         _run([node, f"--max-old-space-size={HEAP_MB}", script, str(source), str(target)], target)
+
+
+def plain(file: Gltf) -> Gltf:
+    """Return a file whose arrays are not compressed. Of a VRM this would lose the extensions.
+
+    Raises
+    ------
+    InputError
+        A compressed VRM, or one that cannot be decoded or unpacks to too much.
+    MissingDependencyError
+        See `decompress_glb`.
+    """
+    used = file.json.get("extensionsRequired", file.json.get("extensionsUsed"))
+    found = [kind for kind in COMPRESSED if isinstance(used, list) and kind in used]
+    if not found:
+        return file
+    if isinstance(file.json.get("extensions"), dict):
+        raise file.fail(f"is a VRM that is compressed ({found[0]}); save it without compression")
+    most = sum(file.count(index) for index in range(len(file.items("accessors"))))
+    if most > MAX_NUMBERS:
+        raise file.fail(f"unpacks to {most} elements; expected at most {MAX_NUMBERS}")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "in.glb"
+        copy.write_bytes(pack_glb(file.json, file.binary))
+        try:
+            decompress_glb(copy, Path(folder) / "out.glb")
+        except MissingDependencyError:
+            raise
+        except A2VError as error:
+            raise file.fail(f"is compressed ({found[0]}) and cannot be decoded: {error}") from None
+        return read_glb(Path(folder) / "out.glb")
 
 
 def _run(command: list[str], made: Path) -> None:

@@ -17,6 +17,7 @@ from typing import Protocol, TypeVar
 from zipfile import ZipFile, is_zipfile
 
 from a2v.errors import InputError
+from a2v.formats.bare import write_skeleton
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.deepmimic import read_deepmimic
@@ -25,7 +26,7 @@ from a2v.formats.fbx import fbx_to_glb, write_fbx
 from a2v.formats.gltf import write_glb
 from a2v.formats.gltf.motions import read_moving_bones
 from a2v.formats.recording import motion_of
-from a2v.formats.smpl_motions import read_smpl_motion
+from a2v.formats.smpl import read_smpl_motion
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
 from a2v.io import open_file
@@ -136,15 +137,18 @@ MOTION_FORMATS: tuple[MotionFormat, ...] = (
         suffixes=(".fbx",),
         read=_read_fbx,
         holds=lambda head: head[:64].lstrip().startswith(FBX_STARTS),
+        write=write_skeleton,
     ),
     MotionFormat(
-        suffixes=(".glb", ".gltf", ".vrm", ".vrma"),
+        suffixes=(".glb",),
         read=_read_bones,
         holds=lambda head: (
             head.startswith(b"glTF")
             or (head.lstrip()[:1] == b"{" and b'"asset"' in head and b'"Frames"' not in head)
         ),
+        write=write_skeleton,
     ),
+    MotionFormat(suffixes=(".gltf", ".vrm", ".vrma"), read=_read_bones, title=".vrma"),
     MotionFormat(
         suffixes=(".txt", ".json"),
         read=lambda path, action, _: read_deepmimic(path, action=action),

@@ -13,7 +13,7 @@ import pytest
 from a2v.animation.source import source_joints
 from a2v.errors import InputError
 from a2v.formats import read_motion
-from a2v.formats.smpl_motions import NAMES, OFFSETS, PARENTS, PELVIS
+from a2v.formats.smpl import NAMES, OFFSETS, PARENTS, PELVIS
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.datasets import load_dataset
 

@@ -554,7 +554,7 @@ AMASS = {
     "poses": np.zeros((4, 156)),
     "trans": np.zeros((4, 3)),
     "mocap_framerate": np.array(30.0),
-    "rest_joints": np.zeros((24, 3)),
+    "rest_joints": np.zeros((52, 3)),
 }
 
 

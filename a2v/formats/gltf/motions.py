@@ -13,7 +13,7 @@ from a2v.errors import InputError
 from a2v.formats.conventions import Bone
 from a2v.formats.gltf.compression import plain
 from a2v.formats.gltf.people import bone_nodes, humanoid
-from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
+from a2v.formats.gltf.reading import Gltf, decomposed, node_name, read_glb
 from a2v.formats.recording import Recording
 from a2v.io import brief, reading
 from a2v.kinematics import quat_to_rotmat
@@ -222,7 +222,7 @@ def _chosen(file: Gltf, animations: list[_Animation], clip: str) -> _Animation:
             )
         return named[0]
     human = set(humanoid(file))
-    names = [str(node.get("name", "")) for node in file.items("nodes")]
+    names = [node_name(node) for node in file.items("nodes")]
     human |= set(canonical_joints(names).values())
     return max(
         animations,
@@ -238,7 +238,7 @@ def _person(file: Gltf, chosen: _Animation) -> tuple[tuple[int, ...], list[str]]
     nodes = bone_nodes(file, above, moved | set(human))
     every = file.items("nodes")
     names = [
-        human.get(node, f"other{place}" if human else str(every[node].get("name", ""))[:200])
+        human.get(node, f"other{place}" if human else node_name(every[node]))
         for place, node in enumerate(nodes)
     ]
     parents = _parents_among(file, nodes)

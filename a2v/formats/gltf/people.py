@@ -19,7 +19,7 @@ from a2v.formats.characters import Clips, check_clips
 from a2v.formats.gltf.bounds import MAX_JOINTS
 from a2v.formats.gltf.compression import plain
 from a2v.formats.gltf.document import Document, pack_glb
-from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
+from a2v.formats.gltf.reading import Gltf, decomposed, node_name, read_glb
 from a2v.formats.gltf.skins import read_skin
 from a2v.io import atomic_path, reading
 from a2v.kinematics import rotmat_to_quat
@@ -292,7 +292,7 @@ def _parents(nodes: tuple[int, ...], above: list[int]) -> IntArray:
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
     """Return the names of the bones, from VRM's humanoid if present, else from the nodes."""
     every = file.items("nodes")
-    names = [str(every[node].get("name", ""))[:200] for node in nodes]
+    names = [node_name(every[node]) for node in nodes]
     human = humanoid(file)
     if human:
         return [human.get(node, f"other{place}") for place, node in enumerate(nodes)]

@@ -245,6 +245,13 @@ class Gltf:
         return value
 
 
+def node_name(node: dict[str, Any]) -> str:
+    """Return the name of a node. That of an FBX is among the extras if three.js has changed it."""
+    extras = node.get("extras")
+    own = extras.get("name") if isinstance(extras, dict) else None
+    return (own if isinstance(own, str) and own else str(node.get("name", "")))[:200]
+
+
 def decomposed(matrices: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
     """Return the rotations (n, 3, 3) of matrices (n, 4, 4), and which are mirrored, scaled to
     nothing, or scaled unevenly; the nearest rotation of these is a guess."""

@@ -20,8 +20,8 @@ from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import Motion, Progress
 
 SUFFIXES: frozenset[str] = frozenset(
-    suffix for item in MOTION_FORMATS if item.read and item.title == "" for suffix in item.suffixes
-)
+    suffix for item in MOTION_FORMATS if item.read for suffix in item.suffixes
+) - {".txt", ".json"}
 """Suffixes of the files that are clips; texts may be notes about them."""
 
 

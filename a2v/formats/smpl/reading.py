@@ -9,9 +9,7 @@ needed. Body shapes, fingers and faces are not read.
 
 from __future__ import annotations
 
-import io
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,38 +18,17 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.arrays_pickle import read_arrays_pickle
-from a2v.formats.conventions import Bone, choose_scale, y_up_rotmat
-from a2v.formats.recording import Recording, motion_of
-from a2v.io import MAX_ARCHIVE_BYTES, open_file, read_bytes, reading, shorten
-from a2v.kinematics import HUMANACT12, inverse_kinematics, rotvec_to_rotmat, skeleton_of
+from a2v.formats.conventions import choose_scale, y_up_rotmat
+from a2v.formats.recording import motion_of
+from a2v.formats.smpl.skeleton import NAMES, OFFSETS, PARENTS, posed, upward_axis
+from a2v.formats.smpl.stored import load_arrays
+from a2v.io import reading, shorten
+from a2v.kinematics import inverse_kinematics, rotvec_to_rotmat, skeleton_of
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.resample import MAX_JOINT_FRAMES
 from a2v.types import FloatArray, Motion
 
-MAX_BYTES = 512 << 20
 MAX_VALUE = 1e5
-
-NAMES = HUMANACT12.joint_names
-"""The 24 joints of SMPL; SMPL-H and SMPL-X have fingers in place of the last two."""
-PARENTS = HUMANACT12.parents.tolist()
-PELVIS = np.array([-0.0018, -0.2233, 0.0282])
-"""Pelvis of the average body, whose origin is what ``trans`` moves, meters."""
-OFFSETS = np.array(
-    [
-        (0, 0, 0), (0.0695, -0.0914, -0.0068), (-0.0677, -0.0905, -0.0043),
-        (-0.0025, 0.1090, -0.0267),
-        (0.0343, -0.3752, -0.0045), (-0.0383, -0.3826, -0.0089), (0.0055, 0.1352, 0.0011),
-        (-0.0136, -0.3980, -0.0437), (0.0158, -0.3984, -0.0423), (0.0015, 0.0529, 0.0254),
-        (0.0264, -0.0558, 0.1193), (-0.0254, -0.0481, 0.1233), (-0.0028, 0.2139, -0.0429),
-        (0.0788, 0.1217, -0.0341), (-0.0818, 0.1188, -0.0386), (0.0052, 0.0650, 0.0513),
-        (0.0910, 0.0305, -0.0089), (-0.0960, 0.0326, -0.0091), (0.2596, -0.0128, -0.0275),
-        (-0.2537, -0.0133, -0.0214), (0.2492, 0.0090, -0.0012), (-0.2553, 0.0078, -0.0056),
-        (0.0840, -0.0082, -0.0149), (-0.0846, -0.0061, -0.0103),
-    ]
-)  # fmt: skip
-"""Joints (24, 3) of the average SMPL body in its rest pose from their parents, meters, y up,
-facing +z: as published in MuJoCo's models of SMPL."""
 
 _JOINT_SETS = (22, 24, 52, 55, 127, 144)
 """Numbers of joints in arrays of joints whose first 22 are SMPL's."""
@@ -107,61 +84,7 @@ def read_smpl_motion(path: str | os.PathLike[str], *, action: str = "") -> Motio
     """
     source = Path(path)
     with reading(source, "motion that can be read", "arrays of a motion of SMPL's joints"):
-        return _read(str(source), load_arrays(source), action)
-
-
-def load_arrays(source: Path) -> Any:
-    """Return the array or the dict of arrays of a file; nothing that it names is imported or
-    called.
-
-    Raises
-    ------
-    InputError
-        It is broken, too large, or not such a file.
-    """
-    with open_file(source) as stream:
-        head = stream.read(7)
-    if head.startswith(b"PK"):
-        with open_file(source) as stream, zipfile.ZipFile(stream) as archive:
-            infos = archive.infolist()
-            if sum(info.file_size for info in infos) > MAX_ARCHIVE_BYTES:
-                raise InputError(
-                    f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to "
-                    "read it"
-                )
-            if any(info.filename.endswith("/data.pkl") for info in infos):
-                return _tensors(source)
-        with open_file(source) as stream, np.load(stream, allow_pickle=False) as content:
-            return {name: content[name] for name in content.files if name in _KEPT}
-    data = read_bytes(source, limit=MAX_BYTES)
-    if not head.startswith(b"\x93NUMPY"):
-        return read_arrays_pickle(data, str(source))
-    wide = head[6] > 1  # the format's version 2 counts its header by four bytes
-    start = (12 if wide else 10) + int.from_bytes(data[8 : 12 if wide else 10], "little")
-    if b"'|O'" in data[:start]:
-        return read_arrays_pickle(data[start:], str(source))
-    return np.load(io.BytesIO(data), allow_pickle=False)
-
-
-def _tensors(source: Path) -> Any:
-    """Return the arrays of a file of torch, whose unpacked size is known to be bounded."""
-    import torch
-
-    with open_file(source) as stream:
-        content = torch.load(stream, map_location="cpu", weights_only=True)
-    left = [MAX_ARCHIVE_BYTES // 8]
-
-    def plain(value: Any, depth: int = 0) -> Any:
-        if isinstance(value, torch.Tensor):
-            left[0] -= value.numel()
-            if left[0] < 0:
-                raise InputError(f"{source} has more numbers than are read")
-            return value.detach().numpy() if value.layout == torch.strided else None
-        if isinstance(value, Mapping) and depth < 4:
-            return {key: plain(inner, depth + 1) for key, inner in value.items()}
-        return value
-
-    return plain(content)
+        return _read(str(source), load_arrays(source, _KEPT), action)
 
 
 def _read(source: str, content: Any, action: str) -> Motion:
@@ -207,8 +130,10 @@ def _read(source: str, content: Any, action: str) -> Motion:
         kind = _Kind("AMASS", 60.0, "y" if "num_frames" in arrays or "Rh" in arrays else "z")
     _demand_numbers(source, turns, path)
     rest = arrays.get("rest_joints")
-    rest = rest.astype(np.float64) if rest is not None and rest.shape == (24, 3) else None
-    recording = _posed(turns, path, rest)
+    if rest is not None:  # of SMPL-H, as we write it: the middle fingers begin at the knuckles
+        known = rest.shape == (52, 3) and rest.dtype.kind == "f" and np.isfinite(rest).all()
+        rest = rest[[*range(22), 25, 40]].astype(np.float64) if known else None
+    recording = posed(turns, path, rest)
     up = upward_axis(recording.world, kind.up)
     if up != kind.up:
         notes.append(f"the person stands along {up}, not along the usual {kind.up}")
@@ -391,34 +316,6 @@ def _demand_numbers(source: str, *arrays: FloatArray) -> None:
             raise InputError(f"{source} holds NaN, infinite or absurd numbers")
 
 
-def _posed(turns: FloatArray, path: FloatArray, rest: FloatArray | None = None) -> Recording:
-    """Return the joints of the average body, or of one with `rest` (24, 3), under rotations (T, K,
-    3, 3) and translations (T, 3)."""
-    offsets, pelvis = OFFSETS, PELVIS
-    if rest is not None:
-        offsets = rest - rest[np.maximum(PARENTS, 0)]
-        pelvis = rest[0]
-    frames, count = len(turns), len(NAMES)
-    world, turned = np.zeros((frames, count, 3)), np.zeros((frames, count, 3, 3))
-    for joint, parent in enumerate(PARENTS):
-        own = (
-            turns[:, joint]
-            if joint < turns.shape[1]
-            else np.broadcast_to(np.eye(3), (frames, 3, 3))
-        )
-        if parent < 0:
-            world[:, joint], turned[:, joint] = path + pelvis, own
-        else:
-            world[:, joint] = world[:, parent] + turned[:, parent] @ offsets[joint]
-            turned[:, joint] = turned[:, parent] @ own
-    local = np.broadcast_to(offsets, world.shape).copy()
-    local[:, 0] = world[:, 0]
-    bones = [Bone(name, parent) for name, parent in zip(NAMES, PARENTS, strict=True)]
-    return Recording(
-        source="", bones=bones, local=local, world=world, rotmats=turned, fps=1.0, known=False
-    )
-
-
 def _of_joints(
     source: str, joints: FloatArray, fps: float, about: tuple[_Kind, str, list[str]]
 ) -> Motion:
@@ -452,23 +349,3 @@ def _of_joints(
             "format": kind.title,
         },
     )  # fmt: skip
-
-
-def upward_axis(joints: FloatArray, usual: str) -> str:
-    """Return the upward axis, "x" to "-z", of joints (T, 22 or more, 3) in SMPL's order.
-
-    It is the `usual` one unless the person stands along another axis, from the ankles to the head,
-    and the lowest joint along that axis keeps one height better: gravity. So a handstand stays one.
-    """
-    along = np.mean(joints[:, 15] - 0.5 * (joints[:, 7] + joints[:, 8]), axis=0)
-    size = float(np.median(np.linalg.norm(joints[:, 15] - joints[:, 7], axis=-1))) or 1.0
-    axis = int(np.abs(along).argmax())
-    best = ("" if along[axis] > 0 else "-") + "xyz"[axis]
-    if best == usual or abs(along[axis]) < 0.6 * size:
-        return usual
-
-    def unsteady(name: str) -> float:
-        heights = (joints @ y_up_rotmat(name).T)[..., 1]
-        return float(np.std(heights.min(axis=1)))
-
-    return best if unsteady(best) < 0.7 * unsteady(usual) - 1e-3 * size else usual

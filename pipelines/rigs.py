@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,19 +11,21 @@ from a2v.animation.rig_spec import OWN_RIG
 from a2v.animation.visemes import NAMINGS
 from a2v.errors import InputError
 from a2v.formats import write_glb, write_rig_bvh
+from a2v.formats.bare import write_rig_skeleton
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import EDITIONS
+from a2v.formats.smpl import write_smpl_motion
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
 from a2v.props import Props
-from a2v.types import Character, FloatArray, Motion
+from a2v.types import Body, Character, FloatArray, Motion
 from pipelines.nodes.values import Poses
 from pipelines.options import flag, option
 
 AVATAR = ".vrm"
 """Suffix of a VRM file."""
-RIG = f"bones of exports: {', '.join(RIGS)}"
+RIG = f"bones: {', '.join(RIGS)}"
 ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
 VISEMES = "add 15 visemes with the names of oculus or vrchat; or rig for those of the chosen rig"
 """Help of options with these names."""
@@ -134,9 +136,9 @@ class AvatarOptions:
 
 
 def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: Edit) -> list[Path]:
-    """Write edited clips, except for "in place", on the rig of an average adult as BVH.
+    """Write edited clips, except for "in place", on the rig of an average adult.
 
-    Several clips become numbered files.
+    Several clips become numbered files. The suffix is one of `RIG_MOTIONS`.
     """
     from a2v.body import load_body_model, make_body
 
@@ -155,5 +157,44 @@ def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: E
         moved, clips = options.prepare(
             person, {"motion": (retarget_edited(clip, person.body, edit), clip.fps)}
         )
-        write_rig_bvh(target, moved.body, *clips["motion"])
+        RIG_MOTIONS[path.suffix.lower()](target, moved.body, *clips["motion"])
     return paths
+
+
+RIG_MOTIONS: dict[str, Callable[[Path, Body, FloatArray, float], object]] = {
+    ".bvh": write_rig_bvh,
+    ".fbx": write_rig_skeleton,
+    ".glb": write_rig_skeleton,
+    ".npz": write_smpl_motion,
+    ".vrma": write_vrma,
+}
+"""Writers of motions on a rig, by suffix."""
+ONLY_RIGS = {".npz": "smpl", ".vrma": "vrm"}
+"""The rig that files of these suffixes need."""
+
+
+def rig_of_motions(
+    path: Path, rig: str | None, root_motion: bool, *, native: bool
+) -> RigOptions | None:
+    """Return the options of the rig of a motion file; None for the motion's own skeleton.
+
+    Raises
+    ------
+    InputError
+        The file cannot have the rig.
+    """
+    suffix = path.suffix.lower()
+    rig = rig or ("vrm" if suffix == ".vrma" else None)
+    if rig is None:
+        if root_motion:
+            raise InputError("--root-motion requires a rig; name one with --rig")
+        return None
+    known = [one for one in RIG_MOTIONS if ONLY_RIGS.get(one, rig) == rig]
+    if suffix not in known or native:
+        raise InputError(
+            f"cannot write {path} with --rig {rig}; a motion on this rig is a "
+            f"{', '.join(known)}, and a2v character writes characters"
+        )
+    if root_motion and suffix in ONLY_RIGS:
+        raise InputError(f"a {suffix} has no root; leave --root-motion out")
+    return RigOptions(rig=rig, root_motion=root_motion)

@@ -20,10 +20,10 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.formats import read_bvh, read_deepmimic, read_motion, write_bvh
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.formats.deepmimic import _FRAME
 from a2v.io import atomic_path, clear_leftovers, write_npz
 from a2v.kinematics.resample import resample_motion
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.survey_answers import read_key
 from a2v.perception.photo import decode_photo
@@ -310,7 +310,7 @@ def test_pickles_that_explode_are_named_in_short(tmp_path):
     bomb: list = []
     for _ in range(40):
         bomb = [bomb] * 9
-    data = pickle.dumps((np.zeros(2, object), bomb))
+    data = pickle.dumps((np.zeros((2, 1), object), bomb))
     with pytest.raises(InputError) as caught:
         read_arrays_pickle(data, "clip.pkl")
     assert len(str(caught.value)) < 500

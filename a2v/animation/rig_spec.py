@@ -22,6 +22,7 @@ _TABLES = {
     "rigify": "rigs/rigify.json",
     "talkinghead": "rigs/talkinghead.json",
     "godot": "rigs/godot.json",
+    "smpl": "rigs/smpl.json",
 }
 
 OWN_RIG = "anny"

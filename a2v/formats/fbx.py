@@ -11,9 +11,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import re
-import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -21,28 +18,31 @@ from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.fbx_bounds import check_fbx
 from a2v.formats.gltf import write_glb
-from a2v.io import atomic_path, read_bytes, shorten
-from a2v.npm import NpmPackages, find_node
+from a2v.io import atomic_path, read_bytes
+from a2v.npm import NpmPackages, Script, find_node
 from a2v.props import Props
-from a2v.system import link_folder
 from a2v.types import Character
 
-WRITER = Path(__file__).with_name("fbx_writer.mjs")
 PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1"))
 """Packages of the script, both MIT: three.js reads GLB, Comfy's is the only maintained exporter of
 skins and clips for it."""
 
-READER = WRITER.with_name("fbx_reader.mjs")
-SHARED = (WRITER.with_name("fbx_scale.mjs"), WRITER.with_name("glb_parts.mjs"))
+_FOLDER = Path(__file__).parent
+_SHARED = (_FOLDER / "fbx_scale.mjs", _FOLDER / "glb_parts.mjs")
 """Modules that both scripts import."""
+WRITER, READER = (
+    Script(
+        title=name.replace("_", " "),
+        what="FBX",
+        instead="or use a .glb",
+        files=(_FOLDER / f"{name}.mjs", *_SHARED),
+    )
+    for name in ("fbx_writer", "fbx_reader")
+)
 
-SECONDS = 300
-"""Time limit of a script, seconds."""
 MAX_BYTES = 256 << 20
 """Largest size of an FBX that is read, bytes."""
-HEAP_MB = 2048
-"""Memory limit of the scripts, MB."""
-_MAGICS = (b"Kaydara FBX Binary", b"; FBX")
+STARTS = (b"Kaydara FBX Binary", b"; FBX")
 """First bytes of binary and of text files."""
 
 
@@ -100,7 +100,7 @@ def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, 
         See `write_fbx`.
     """
     with atomic_path(path) as temporary:
-        _run(WRITER, Path(source), temporary, f"{fps:g}")
+        PACKAGES.run(WRITER, Path(source), temporary, f"{fps:g}")
 
 
 def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> tuple[str, ...]:
@@ -123,7 +123,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     """
     source = Path(source)
     data = read_bytes(source, limit=MAX_BYTES)
-    if not data[:64].lstrip().startswith(_MAGICS):
+    if not data[:64].lstrip().startswith(STARTS):
         raise InputError(f"{source} is not an FBX file")
     try:
         check_fbx(data)
@@ -134,7 +134,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
         with atomic_path(copy) as temporary:
             temporary.write_bytes(data)
         try:
-            said = _run(READER, copy, Path(path), source.parent)
+            said = PACKAGES.run(READER, copy, Path(path), str(source.parent.absolute()))
         except (MissingDependencyError, InputError):
             raise
         except A2VError as error:
@@ -147,59 +147,3 @@ def _plain(character: Character) -> Character:
     return dataclasses.replace(
         character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None)
     )
-
-
-def _run(script: Path, *arguments: str | Path) -> str:
-    """Run a script by Node next to npm's packages, without modules of the environment; return its
-    output."""
-    node = find_node()
-    if node is None:
-        raise MissingDependencyError(
-            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install "
-            "nodejs), or use a .glb"
-        )
-    modules = PACKAGES.demand("FBX", "or use a .glb")
-    environment = {
-        name: value for name, value in os.environ.items() if not name.startswith("NODE_")
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        for file in (script, *SHARED):
-            shutil.copy(file, folder)  # Node looks for imports next to the script
-        link_folder(Path(folder) / "node_modules", modules.resolve())
-        command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
-        command += [
-            str(Path(argument).absolute()) if isinstance(argument, Path) else argument
-            for argument in arguments
-        ]
-        try:
-            done = subprocess.run(
-                command,
-                capture_output=True,
-                text=True,
-                timeout=SECONDS,
-                env=environment,
-                check=False,
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise A2VError(
-                f"FBX: cannot run {node} ({shorten(error)}); expected Node 18 or newer"
-            ) from error
-    if "ENOSPC" in done.stderr:
-        raise InputError(
-            f"cannot write {arguments[1]}: the disk is full; free some space, there or in "
-            f"{tempfile.gettempdir()}, or set TMPDIR"
-        )
-    if done.returncode < 0 or "heap out of memory" in done.stderr:
-        raise A2VError(
-            f"{script.stem.replace('_', ' ')} ran out of memory (its limit is {HEAP_MB} MB); "
-            "reduce the character's meshes"
-        )
-    if done.returncode:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
-        told = next(
-            (line for line in lines if re.match(r"\w*Error\b", line)),
-            lines[-1] if lines else f"exit code {done.returncode}",
-        )
-        hint = "; expected Node 18 or newer" if told.startswith("SyntaxError") else ""
-        raise A2VError(f"{script.stem.replace('_', ' ')} failed ({shorten(told)}) in {node}{hint}")
-    return done.stdout

@@ -1,27 +1,35 @@
-"""Register file formats by suffix.
+"""Register file formats: read by content, written by suffix.
 
 A new format takes a module with its reader or writer and an entry in `MOTION_FORMATS` or
-`CHARACTER_FORMATS` here. Reading by suffix, the outputs of commands and the lists in error messages
-use these tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
+`CHARACTER_FORMATS` here. Readers, the outputs of commands and the lists in error messages use
+these tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
 `a2v.rendering.PAGE_FORMATS`) are entries of the same kinds.
 """
 
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeVar
+from zipfile import ZipFile, is_zipfile
 
 from a2v.errors import InputError
+from a2v.formats.bare import write_skeleton
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.deepmimic import read_deepmimic
-from a2v.formats.fbx import write_fbx
+from a2v.formats.fbx import STARTS as FBX_STARTS
+from a2v.formats.fbx import fbx_to_glb, write_fbx
 from a2v.formats.gltf import write_glb
+from a2v.formats.gltf.motions import read_moving_bones
+from a2v.formats.recording import motion_of
+from a2v.formats.smpl import read_smpl_motion
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
+from a2v.io import open_file
 from a2v.kinematics.resample import resample_motion
 from a2v.props import Props
 from a2v.types import Character, Motion
@@ -35,8 +43,11 @@ class MotionFormat:
     ----------
     suffixes : tuple of str
         Lower case, with the dot.
-    read : function of (path, action) or None
-        Reads a file to a `Motion`; `action` is its name if the file has none.
+    read : function of (path, action, clip) or None
+        Reads a file to a `Motion`; `action` is its name if the file has none, `clip` the wanted one
+        of several ("" for the best).
+    holds : function of bytes or None
+        Whether a file that begins with these bytes is of this kind. None: its suffix decides.
     write : function of (path, motion) or None
         Writes a `Motion`, atomically.
     batches : bool
@@ -46,7 +57,8 @@ class MotionFormat:
     """
 
     suffixes: tuple[str, ...]
-    read: Callable[[Path, str], Motion] | None = None
+    read: Callable[[Path, str, str], Motion] | None = None
+    holds: Callable[[bytes], bool] | None = None
     write: Callable[[Path, Motion], object] | None = None
     batches: bool = False
     title: str = ""
@@ -84,23 +96,70 @@ class CharacterFormat:
     write: CharacterWriter
 
 
+def _read_arrays(path: Path, action: str, _: str) -> Motion:
+    """Read our own ``.npz``, or arrays of other tools."""
+    with open_file(path) as stream:
+        ours = is_zipfile(stream) and "joint_names.npy" in ZipFile(stream).namelist()
+    return Motion.load(path) if ours else read_smpl_motion(path, action=action)
+
+
+def _read_bones(path: Path, action: str, clip: str) -> Motion:
+    return motion_of(read_moving_bones(path, clip=clip), action=action)
+
+
+def _read_fbx(path: Path, action: str, clip: str) -> Motion:
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "in.glb"
+        fbx_to_glb(path, copy)
+        return motion_of(read_moving_bones(copy, name=path, clip=clip), action=action)
+
+
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
     MotionFormat(
-        suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh
+        suffixes=(".bvh",),
+        read=lambda path, action, _: read_bvh(path, action=action),
+        holds=lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n")[:9].upper() == b"HIERARCHY",
+        write=write_bvh,
     ),
     MotionFormat(
         suffixes=(".npz",),
-        read=lambda path, _: Motion.load(path),
+        read=_read_arrays,
+        holds=lambda head: head.startswith(b"PK\x03\x04"),
         write=lambda path, motion: motion.save(path),
         batches=True,
     ),
     MotionFormat(
+        suffixes=(".npy", ".pkl", ".pt"),
+        read=_read_arrays,
+        holds=lambda head: head.startswith((b"\x93NUMPY", b"\x80")),
+    ),
+    MotionFormat(
+        suffixes=(".fbx",),
+        read=_read_fbx,
+        holds=lambda head: head[:64].lstrip().startswith(FBX_STARTS),
+        write=write_skeleton,
+    ),
+    MotionFormat(
+        suffixes=(".glb",),
+        read=_read_bones,
+        holds=lambda head: (
+            head.startswith(b"glTF")
+            or (head.lstrip()[:1] == b"{" and b'"asset"' in head and b'"Frames"' not in head)
+        ),
+        write=write_skeleton,
+    ),
+    MotionFormat(suffixes=(".gltf", ".vrm", ".vrma"), read=_read_bones, title=".vrma"),
+    MotionFormat(
         suffixes=(".txt", ".json"),
-        read=lambda path, action: read_deepmimic(path, action=action),
+        read=lambda path, action, _: read_deepmimic(path, action=action),
+        holds=lambda head: head.lstrip()[:1] == b"{" and b'"Frames"' in head,
         title="DeepMimic's .txt",
     ),
 )
-"""Motions as data: BVH, a2v's own ``.npz``, DeepMimic."""
+"""Motions as data, and as the animations of characters. The order is that of messages."""
+
+_HEAD = 1 << 16
+"""First bytes of a file by which its kind is known."""
 
 CHARACTER_FORMATS: tuple[CharacterFormat, ...] = (
     CharacterFormat(suffixes=(".glb",), write=write_glb),
@@ -146,19 +205,26 @@ def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Form
 
 
 def read_motion(
-    path: str | os.PathLike[str], *, fps: float | None = None, action: str = ""
+    path: str | os.PathLike[str],
+    *,
+    fps: float | None = None,
+    action: str = "",
+    clip: str = "",
 ) -> Motion:
-    """Read a motion by its file's suffix.
+    """Read a motion of any known kind (`MOTION_FORMATS`): its content decides, then its suffix.
 
     Parameters
     ----------
     path : path
-        ``.bvh`` (`read_bvh`), ``.npz`` (`Motion.save`) or ``.txt``/``.json`` (DeepMimic's
-        ``Frames``).
+        BVH (`read_bvh`); our ``.npz``; arrays of AMASS, SMPL-X, MDM... (`read_smpl_motion`);
+        FBX, GLB and VRM animations (`read_moving_bones`); DeepMimic's ``Frames``. ``FILE#CLIP``
+        names the animation of a file that has several.
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str
         Name to store if the file has none; the file's stem by default.
+    clip : str
+        Name or number of the animation, in place of ``#CLIP``.
 
     Returns
     -------
@@ -168,14 +234,24 @@ def read_motion(
     Raises
     ------
     InputError
-        Unknown suffix or unreadable file; the message names it (and the line in text formats).
+        Unknown kind or unreadable file; the message names it (and the line in text formats).
+    MissingDependencyError
+        An FBX or a compressed glTF needs Node.
     """
     source = Path(path)
+    if not clip and "#" in source.name and not source.exists():
+        name, _, clip = source.name.rpartition("#")
+        source = source.with_name(name)
+    with open_file(source) as stream:
+        head = stream.read(_HEAD)
     suffix = source.suffix.lower()
-    for item in MOTION_FORMATS:
-        if item.read is not None and suffix in item.suffixes:
-            motion = item.read(source, action or source.stem)
-            return motion if fps is None else resample_motion(motion, fps)
+    readable = [item for item in MOTION_FORMATS if item.read is not None]
+    found = [item for item in readable if item.holds is not None and item.holds(head)]
+    found += [item for item in readable if suffix in item.suffixes]
+    for item in found[:1]:
+        assert item.read is not None
+        motion = item.read(source, action or source.stem, clip)
+        return motion if fps is None else resample_motion(motion, fps)
     raise InputError(
         f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected "
         f"{readable_motions()}"

@@ -137,7 +137,7 @@ def split_side(name: str) -> tuple[str, str]:
         (r"[_ .-](l|r)(?=$|[_ .-])", True),
         (r"^([LRlr])(?=[A-Z])", False),
         (r"(?<=[a-z])(Left|Right)$", False),
-        (r"(?<=[a-z])([LR])$", False),
+        (r"(?<=[a-z0-9])([LR])$", False),
     )
     for pattern, any_case in patterns:
         if found := re.search(pattern, name, flags=re.IGNORECASE if any_case else 0):

@@ -10,7 +10,13 @@ import numpy as np
 
 from a2v.animation import RIGS
 from a2v.errors import InputError
-from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
+from a2v.formats.registry import (
+    MOTION_FORMATS,
+    readable_motions,
+    suffixes_of,
+    write_motion,
+    writer_of,
+)
 from a2v.io import brief, say, write_npz
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
@@ -43,9 +49,9 @@ from pipelines.requests.motion import (
     read_direction,
     read_plan,
 )
-from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
+from pipelines.rigs import ROOT_MOTION, RigOptions, rig_of_motions, write_rigged_motion
 
-HELP = "Generate motions of one or several actions and write them as .npz, .bvh, or pictures and videos of stick figures."
+HELP = "Generate motions of one or several actions and write them as .npz, .bvh, .fbx, .glb, .vrma, or pictures and videos of stick figures."
 EXAMPLES = """examples:
   a2v motion --action Walk --out walk.npz
   a2v motion --action Walk,Jump --seconds 8 --out walk-jump.bvh        a transition
@@ -56,7 +62,8 @@ EXAMPLES = """examples:
   a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png         one clip of each action that matches
   a2v motion --action Walk --bone-scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
-  a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
+  a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones; also .fbx and .glb
+  a2v motion --action Walk --rig smpl --out walk.npz                    in AMASS's layout; walk.vrma is a VRM animation
   a2v motion --action "sneak for 3 s, then run away" --out escape.bvh         in words
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --start-pose "a.npz#30" --end-pose b.bvh --seconds 3 --out b2.bvh   also --keyframes FILE, --hold
@@ -79,7 +86,7 @@ class Options:
 
     plan: PlanOptions = group(PlanOptions)
     way: WayOptions = group(WayOptions)
-    out: str = option(f"file to write: {', '.join(suffixes_of(FORMATS))}", default="")
+    out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), '.vrma'))}", default="")
     count: int = option("number of clips", default=1)
     bone_scale: float | str = option(
         "factor for all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, or a joint)",
@@ -87,10 +94,12 @@ class Options:
         metavar="FACTOR",
     )
     bones: str | None = option(
-        "motion file (.bvh, .npz); use its bone lengths", default=None, metavar="FILE"
+        f"motion file ({readable_motions(', ')}); use its bone lengths",
+        default=None,
+        metavar="FILE",
     )
     start: str | None = option(
-        "motion file (.bvh, .npz); its poses begin every clip", default=None, metavar="FILE"
+        "motion file, as for --bones; its poses begin every clip", default=None, metavar="FILE"
     )
     start_frames: int | None = option(
         "number of poses taken from --start (default: all)", default=None
@@ -100,7 +109,7 @@ class Options:
     )
     to_seed: int | None = option("seed of the last row (default: --seed + 1)", default=None)
     rig: str | None = option(
-        f"write a .bvh of an adult of average build with the bones of another tool: {', '.join(RIGS)}",
+        f"write a .bvh, .fbx or .glb of an adult of average build with the bones of another tool: {', '.join(RIGS)}; smpl with .npz is AMASS's layout",
         default=None,
         choices=RIGS,
         metavar="RIG",
@@ -164,8 +173,9 @@ def run(options: Options) -> Answer:
     path = Path(options.out)
     if options.filmed.from_video is not None and Path(options.filmed.from_video).is_dir():
         return _folder(options, path)
-    writer_of(path, FORMATS)
-    rigged = _rigged(options, path)
+    rigged = rig_of_motions(path, options.rig, options.root_motion, native=options.native)
+    if rigged is None:
+        writer_of(path, FORMATS)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native writes an .npz")
     if options.count > MAX_CLIPS:
@@ -205,7 +215,9 @@ def _filmed(options: Options, filmed: FilmedOptions) -> Made:
 
 def _folder(options: Options, out: Path) -> Answer:
     """Track one person in each video of a folder, and write the motions."""
-    rigged = _rigged(options, out.with_suffix(".bvh"))
+    rigged = rig_of_motions(
+        out.with_suffix(".bvh"), options.rig, options.root_motion, native=options.native
+    )
     return follow_folder(
         options.filmed,
         out,
@@ -231,19 +243,6 @@ def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> A
         **made.facts,
     }
     return Answer(files=written, notes=made.notes, facts=facts)
-
-
-def _rigged(options: Options, path: Path) -> RigOptions | None:
-    """Return the options of the requested rig; None without a rig."""
-    if options.rig is None:
-        if options.root_motion:
-            raise InputError("--root-motion requires a rig; name one with --rig")
-        return None
-    if path.suffix.lower() != ".bvh" or options.native:
-        raise InputError(
-            f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm"
-        )
-    return RigOptions(rig=options.rig, root_motion=options.root_motion)
 
 
 def _planned(options: Options) -> MotionPlan:

@@ -15,7 +15,6 @@ import numpy as np
 from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
 from a2v.footage import FollowSettings
-from a2v.formats.registry import readable_motions
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
@@ -45,7 +44,7 @@ FRAMES = "length in frames, in place of --seconds"
 FPS = "frames per second"
 """Help of options with these names."""
 
-MOTION_FILES = f"{readable_motions(', ')}, or a video of a person"
+MOTION_FILES = ".bvh, .fbx, .glb, .npz... (docs/formats.md), or a video"
 """Help of the options that name a motion file."""
 FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""

@@ -385,8 +385,9 @@ def test_the_strangers_handstand_and_upper_body(data_dir: Path) -> None:
 def test_missing_file_and_folder_and_suffix(tmp_path: Path) -> None:
     for path, what in (
         (tmp_path / "no.bvh", "does not exist"),
-        (tmp_path, "unknown kind"),
-        (tmp_path / "a.fbx", "unknown kind"),
+        (tmp_path, "is a folder"),
+        (tmp_path / "a.doc", "does not exist"),
+        (Path(__file__), "unknown kind"),
     ):
         with pytest.raises(InputError, match=what):
             read_motion(path)

@@ -64,6 +64,8 @@ def test_an_entry_is_all_that_a_format_needs(tmp_path: Path) -> None:
     write_motion(tmp_path / "m.ABC", random_clip(CMU), formats)
     assert written == [tmp_path / "m.ABC"]
     assert suffixes_of(formats)[-1] == ".abc"
-    with pytest.raises(InputError, match=r"ends in \.bvh, \.npz or \.abc"):
+    with pytest.raises(InputError, match=r"ends in \.bvh, .* \.glb or \.abc"):
         writer_of("m.txt", formats)
-    assert readable_motions() == ".bvh, .npz or DeepMimic's .txt"
+    assert readable_motions() == (
+        ".bvh, .npz, .npy, .pkl, .pt, .fbx, .glb, .vrma or DeepMimic's .txt"
+    )

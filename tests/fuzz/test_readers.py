@@ -19,10 +19,10 @@ from PIL import Image as Pictures
 
 from a2v.body.smpl import JOINTS, SmplModel
 from a2v.formats import read_bvh, read_motion, write_bvh
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.kinematics import CMU
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.liquid_warp import read_face_texture
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
@@ -518,6 +518,54 @@ def test_characters_of_others(tree, binary):
         read_person(path.with_suffix(".out"))
 
     written(glb(tree, binary), ".glb", dance)
+
+
+MOVING = PERSON | {
+    "accessors": [
+        *PERSON["accessors"],
+        {"bufferView": 0, "componentType": 5121, "count": 4, "type": "SCALAR"},
+        {"bufferView": 0, "componentType": 5122, "normalized": True, "count": 4, "type": "VEC4"},
+        {"bufferView": 0, "componentType": 5122, "normalized": True, "count": 4, "type": "VEC3"},
+    ],
+    "animations": [
+        {
+            "name": "a",
+            "samplers": [{"input": 3, "output": 4}, {"input": 3, "output": 5}],
+            "channels": [
+                {"sampler": 0, "target": {"node": 4, "path": "rotation"}},
+                {"sampler": 1, "target": {"node": 0, "path": "translation"}},
+            ],
+        }
+    ],
+}
+
+
+@given(trees(MOVING), st.binary(min_size=512, max_size=512))
+def test_animations_of_others(tree, binary):
+    written(glb(tree, binary), ".glb", read_motion)
+
+
+def test_a_whole_animation_of_others_is_read(tmp_path):
+    (tmp_path / "whole.glb").write_bytes(glb(MOVING, bytes(range(256)) * 2))
+    assert read_motion(tmp_path / "whole.glb").frames > 1
+
+
+AMASS = {
+    "poses": np.zeros((4, 156)),
+    "trans": np.zeros((4, 3)),
+    "mocap_framerate": np.array(30.0),
+    "rest_joints": np.zeros((52, 3)),
+}
+
+
+@given(bundles(AMASS))
+def test_arrays_of_other_tools(content):
+    written(saved(content), ".npz", read_motion)
+
+
+@given(st.one_of(edited(saved(AMASS)), edited(pickle.dumps(AMASS))))
+def test_damaged_arrays_of_other_tools(data):
+    written(data, ".pkl", read_motion)
 
 
 def test_a_whole_character_of_others_is_read(tmp_path):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.conventions import Bone
 from a2v.kinematics.resample import MAX_JOINT_FRAMES
 from a2v.types import FloatArray
 
@@ -29,16 +30,11 @@ _Fail = Callable[[int, str], InputError]
 
 
 @dataclass
-class Node:
+class Node(Bone):
     """A joint of the file.
 
     Attributes
     ----------
-    name : str
-    parent : int
-        -1 for the root; parents come first.
-    line : int
-        Of the file, from 1.
     offset : list of 3 float or None
         The file's units.
     channels : list of str or None
@@ -49,9 +45,6 @@ class Node:
         An End Site.
     """
 
-    name: str
-    parent: int
-    line: int
     offset: list[float] | None = None
     channels: list[str] | None = None
     first: int = 0

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.bvh.conventions import UNITS
 from a2v.formats.characters import check_clips
+from a2v.formats.conventions import UNITS
 from a2v.geometry.polar import nearest_rotations
 from a2v.io import atomic_path
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
@@ -86,6 +86,39 @@ def write_rig_bvh(
     """
     moves, rate = check_clips({"motion": (transforms, fps)}, len(body.bone_names))["motion"]
     _write(path, _rig_plan(body, moves), len(moves), fps=rate, units=units)
+
+
+def rig_of_motion(motion: Motion) -> tuple[Body, FloatArray]:
+    """Return the bones of `write_bvh`, helpers included, as a rig without skin, and its transforms
+    (T, B, 4, 4) float64, world from bone."""
+    plan = _plan(motion)
+    parents = np.full(len(plan), -1)
+    for place, joint in enumerate(plan):
+        parents[joint.children] = place
+    rest = np.tile(np.eye(4), (len(plan), 1, 1))
+    moved = np.tile(np.eye(4), (motion.frames, len(plan), 1, 1))
+    rest[0, :3, 3] = motion.joints[0, 0]
+    for place, joint in enumerate(plan):
+        local = joint.offset if joint.positions is None else joint.positions
+        moved[:, place, :3, :3], moved[:, place, :3, 3] = joint.rotmats, local
+        if parents[place] >= 0:
+            rest[place, :3, 3] = rest[parents[place], :3, 3] + joint.offset
+            moved[:, place] = moved[:, parents[place]] @ moved[:, place]
+    heads = rest[:, :3, 3].astype(np.float32)
+    body = Body(
+        model=motion.skeleton,
+        parameters={},
+        vertices=heads,
+        faces=np.zeros((0, 3), np.int32),
+        bone_names=tuple(joint.name for joint in plan),
+        bone_parents=parents,
+        bone_transforms=rest.astype(np.float32),
+        rest_transforms=rest.astype(np.float32),
+        bone_tails=heads + np.array([joint.end for joint in plan], np.float32),
+        weights=np.eye(len(plan), dtype=np.float32),
+        parts=np.zeros(len(plan), np.int8),
+    )
+    return body, moved
 
 
 def _write(

@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from a2v.errors import A2VError, MissingDependencyError
 from a2v.formats.characters import Clips, check_clips
-from a2v.formats.gltf.bounds import MAX_JOINTS, MAX_NUMBERS
-from a2v.formats.gltf.compression import COMPRESSED, decompress_glb
+from a2v.formats.gltf.bounds import MAX_JOINTS
+from a2v.formats.gltf.compression import plain
 from a2v.formats.gltf.document import Document, pack_glb
-from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
+from a2v.formats.gltf.reading import Gltf, decomposed, node_name, read_glb
 from a2v.formats.gltf.skins import read_skin
 from a2v.io import atomic_path, reading
 from a2v.kinematics import rotmat_to_quat
@@ -83,39 +81,16 @@ def read_person(
         `canonical_joints` knows; bones that carry joints are mirrored or scaled unevenly; the
         person lies or is upside down.
     """
-    file = dataclasses.replace(_plain(read_glb(path)), path=Path(name or path))
+    file = dataclasses.replace(plain(read_glb(path)), path=Path(name or path))
     with reading(file.path, "person that can be read", "a skinned person in a binary glTF 2.0"):
         return _read(file)
-
-
-def _plain(file: Gltf) -> Gltf:
-    """Return a file whose arrays are not compressed. Of a VRM this would lose the extensions."""
-    used = file.json.get("extensionsRequired", file.json.get("extensionsUsed"))
-    found = [kind for kind in COMPRESSED if isinstance(used, list) and kind in used]
-    if not found:
-        return file
-    if isinstance(file.json.get("extensions"), dict):
-        raise file.fail(f"is a VRM that is compressed ({found[0]}); save it without compression")
-    most = sum(file.count(index) for index in range(len(file.items("accessors"))))
-    if most > MAX_NUMBERS:
-        raise file.fail(f"unpacks to {most} elements; expected at most {MAX_NUMBERS}")
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "in.glb"
-        copy.write_bytes(pack_glb(file.json, file.binary))
-        try:
-            decompress_glb(copy, Path(folder) / "out.glb")
-        except MissingDependencyError:
-            raise
-        except A2VError as error:
-            raise file.fail(f"is compressed ({found[0]}) and cannot be decoded: {error}") from None
-        return read_glb(Path(folder) / "out.glb")
 
 
 def _read(file: Gltf) -> Person:
     if not file.items("skins"):
         raise file.fail("has no skin")
     world, above = file.node_matrices()
-    nodes = _bones(file, above)
+    nodes = bone_nodes(file, above)
     parents = _parents(nodes, above)
     names = _names(file, nodes)
     found = canonical_joints(names, parents.tolist())
@@ -275,9 +250,10 @@ def _animation(
     return {"name": name, "samplers": samplers, "channels": channels}
 
 
-def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
-    """Return the nodes that are joints of a skin, or lie between two of them; parents first."""
-    joints = {joint for skin in file.items("skins") for joint in file.joints(skin)}
+def bone_nodes(file: Gltf, above: list[int], more: Iterable[int] = ()) -> tuple[int, ...]:
+    """Return the nodes that are joints of a skin or among `more`, or lie between two such; parents
+    first. `above` are the parents of all nodes."""
+    joints = {joint for skin in file.items("skins") for joint in file.joints(skin)} | set(more)
     if len(joints) > MAX_JOINTS:
         raise file.fail(f"has {len(joints)} joints in its skins; expected at most {MAX_JOINTS}")
     inside = set(joints)
@@ -316,20 +292,20 @@ def _parents(nodes: tuple[int, ...], above: list[int]) -> IntArray:
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
     """Return the names of the bones, from VRM's humanoid if present, else from the nodes."""
     every = file.items("nodes")
-    names = [str(every[node].get("name", ""))[:200] for node in nodes]
-    human = _humanoid(file)
+    names = [node_name(every[node]) for node in nodes]
+    human = humanoid(file)
     if human:
         return [human.get(node, f"other{place}") for place, node in enumerate(nodes)]
     return names
 
 
-def _humanoid(file: Gltf) -> dict[int, str]:
-    """Return VRM's names of nodes, in either edition."""
+def humanoid(file: Gltf) -> dict[int, str]:
+    """Return VRM's names of nodes, in either edition or in an animation."""
     extensions = file.json.get("extensions")
     found: dict[int, str] = {}
     if not isinstance(extensions, dict):
         return found
-    for key in ("VRMC_vrm", "VRM"):
+    for key in ("VRMC_vrm", "VRM", "VRMC_vrm_animation"):
         said = extensions.get(key)
         humanoid = said.get("humanoid") if isinstance(said, dict) else None
         bones = humanoid.get("humanBones") if isinstance(humanoid, dict) else None

@@ -52,9 +52,11 @@ class Gltf:
 
     def fail(self, what: str) -> InputError:
         """Return an error that names the file."""
-        return InputError(
-            f"{self.path}: {shorten(what, 400)}; expected a binary glTF 2.0 of a skinned person"
-        )
+        return self.expect(what, "a binary glTF 2.0 of a skinned person")
+
+    def expect(self, what: str, expected: str) -> InputError:
+        """Return an error that names the file, and what was expected."""
+        return InputError(f"{self.path}: {shorten(what, 400)}; expected {expected}")
 
     def items(self, kind: str) -> list[dict[str, Any]]:
         """Return the list `kind` ("nodes", "meshes", ...) of the file; empty if absent."""
@@ -188,7 +190,7 @@ class Gltf:
                 if len(chain) + (level[at] if at >= 0 else 0) > MAX_JOINTS:
                     raise self.fail(f"the nodes form a loop, or more than {MAX_JOINTS} levels")
             for link in reversed(chain):
-                local = self._local_matrix(nodes[link])
+                local = self.local_matrix(link)
                 above = world[parents[link]] if parents[link] >= 0 else None
                 level[link] = level[parents[link]] + 1 if parents[link] >= 0 else 1
                 world[link] = local if above is None else above @ local
@@ -198,7 +200,7 @@ class Gltf:
 
     def without_matrix(self, node: dict[str, Any]) -> dict[str, Any]:
         """Return a node with its matrix as translation, rotation and scale."""
-        matrix = self._local_matrix(node)
+        matrix = self._matrix(node)
         turns, odd = decomposed(matrix[None])
         scale = np.linalg.norm(matrix[:3, :3], axis=0)
         if odd and np.abs(turns[0] * scale - matrix[:3, :3]).max() > 1e-3 * scale.max():
@@ -209,7 +211,11 @@ class Gltf:
             "scale": scale.tolist(),
         }
 
-    def _local_matrix(self, node: dict[str, Any]) -> np.ndarray:
+    def local_matrix(self, index: int) -> np.ndarray:
+        """Return the transform (4, 4) float64 of a node in its parent."""
+        return self._matrix(self.items("nodes")[index])
+
+    def _matrix(self, node: dict[str, Any]) -> np.ndarray:
         try:
             if "matrix" in node:
                 return (
@@ -237,6 +243,13 @@ class Gltf:
         if not isinstance(value, int) or isinstance(value, bool) or value < 0:
             raise self.fail(f"'{name}' is {shorten(value, 60)}")
         return value
+
+
+def node_name(node: dict[str, Any]) -> str:
+    """Return the name of a node. That of an FBX is among the extras if three.js has changed it."""
+    extras = node.get("extras")
+    own = extras.get("name") if isinstance(extras, dict) else None
+    return (own if isinstance(own, str) and own else str(node.get("name", "")))[:200]
 
 
 def decomposed(matrices: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:

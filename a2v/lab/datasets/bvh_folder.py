@@ -1,8 +1,9 @@
-"""Custom actions: a folder (or zip) of BVH files with one subfolder per action."""
+"""Custom actions: a folder (or zip) of motion files, such as BVH, with one subfolder per action."""
 
 from __future__ import annotations
 
 import dataclasses
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -11,11 +12,17 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh
+from a2v.formats.registry import MOTION_FORMATS, read_motion
 from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
 from a2v.kinematics.names import canonical_joints
 from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import Motion, Progress
+
+SUFFIXES: frozenset[str] = frozenset(
+    suffix for item in MOTION_FORMATS if item.read for suffix in item.suffixes
+) - {".txt", ".json"}
+"""Suffixes of the files that are clips; texts may be notes about them."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +59,13 @@ def load_bvh_folder(
 ) -> ActionDataset:
     """Load ``ACTION/*.bvh`` or ``ACTION/SUBJECT/*.bvh`` below a folder or inside a zip archive.
 
+    Other kinds of motions (`a2v.formats.read_motion`) are loaded in the same way.
+
     Joints come from the files' own forward kinematics, in meters, y up. The skeleton is the first
     file's, with its rest offsets as rest directions, and every other file must have the same
-    joints; bone lengths may differ. Units and the upward axis are decided once, on the first file.
-    The subject of a clip is the folder between the action's and the clip, else the part of its name
-    in front of the first underscore (as in CMU), else "unknown".
+    joints; bone lengths may differ. Units and the upward axis of BVH are decided once, on the first
+    file. The subject of a clip is the folder between the action's and the clip, else the part of
+    its name in front of the first underscore (as in CMU), else "unknown".
 
     Parameters
     ----------
@@ -81,12 +90,16 @@ def load_bvh_folder(
     up: str | None = settings.up or None
     for done, (name, (action, subject, clip)) in enumerate(names.items()):
         where = f"{source.path}/{name}"
-        motion = read_bvh(
-            source.read(name), fps=settings.fps, units=units, up=up, action=action, name=where
+        data = source.read(name)
+        motion = (
+            read_bvh(data, fps=settings.fps, units=units, up=up, action=action, name=where)
+            if name.lower().endswith(".bvh")
+            else _read_other(data, where, settings.fps, action)
         )
         if first is None:
             first = (where, motion)
-            units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
+            if name.lower().endswith(".bvh"):
+                units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
         else:
             _demand_same_joints(motion, where, first)
         joints = check_joints(motion.joints, len(motion.parents), where)
@@ -101,17 +114,34 @@ def load_bvh_folder(
         actions=actions,
         fps=settings.fps,
         length=settings.frames,
-        notes=(f"units: {first[1].provenance['units']}, up: {up}, as in {first[0]}",),
+        notes=(
+            f"units: {first[1].provenance.get('units', 'meters')}, up: "
+            f"{up or first[1].provenance.get('up', 'y')}, as in {first[0]}",
+        ),
     )
+
+
+def _read_other(data: bytes, where: str, fps: float, action: str) -> Motion:
+    """Read a motion that is not BVH from the bytes of its file."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / PurePosixPath(where).name
+        copy.write_bytes(data)
+        try:
+            motion = read_motion(copy, fps=fps, action=action)
+        except InputError as error:
+            raise InputError(str(error).replace(str(copy), where)) from None
+    if motion.batch:
+        raise InputError(f"{where} holds several clips; write one to each file")
+    return motion
 
 
 def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     """Return action, subject and clip of each file by its name."""
-    names = [name for name in source.names("") if name.lower().endswith(".bvh")]
+    names = [name for name in source.names("") if PurePosixPath(name).suffix.lower() in SUFFIXES]
     if not names:
         raise InputError(
-            f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips "
-            "inside"
+            f"{source.path} holds no .bvh or other motion files; expected one sub-folder an "
+            "action with its clips inside"
         )
     inside = {name: PurePosixPath(name).parts for name in names}
     tops = {parts[0] for parts in inside.values()}

@@ -15,8 +15,8 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.kinematics import NTU_VIBE
-from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
 from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import FloatArray

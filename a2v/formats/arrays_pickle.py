@@ -63,7 +63,7 @@ def _array(kind: object, shape: object, code: object) -> np.ndarray:
 
 def _dtype(code: object, *_: object) -> np.dtype:
     found = np.dtype(code) if isinstance(code, str) else None
-    if found is None or found.kind not in _PLAIN_KINDS:
+    if found is None or found.kind not in _PLAIN_KINDS + "O":
         raise _Forbidden(f"the type {brief(code)}")
     return found
 
@@ -115,6 +115,16 @@ _ALLOWED: dict[tuple[str, str], Any] = {
 }
 
 
+def _objects(shape: object, values: object) -> Any:
+    """Return the values of an array of objects: one by itself (as `numpy.save` stores a dict), or a
+    list."""
+    if isinstance(values, list) and shape == () and len(values) == 1:
+        return values[0]
+    if isinstance(values, list) and isinstance(shape, tuple) and shape == (len(values),):
+        return values
+    raise _Forbidden("an array of Python objects")
+
+
 class _ArrayUnpickler(pickle._Unpickler):
     """Python's own unpickler (the C version cannot be stopped inside the stream) with a list of
     allowed names."""
@@ -124,7 +134,7 @@ class _ArrayUnpickler(pickle._Unpickler):
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(pickle._Unpickler.dispatch)
 
     def __init__(self, stream: io.BytesIO) -> None:
-        super().__init__(stream)
+        super().__init__(stream, encoding="latin1")  # text of Python 2
         self.stream = stream
 
     def find_class(self, module: str, name: str) -> Any:
@@ -148,6 +158,10 @@ class _ArrayUnpickler(pickle._Unpickler):
             made = target.read(self.stream)
         elif isinstance(target, np.ndarray) and isinstance(state, tuple) and len(state) == 5:
             _, shape, dtype, column_major, data = state
+            if isinstance(dtype, np.dtype) and dtype.kind == "O":
+                self._replace(target, _objects(shape, data))
+                return
+            data = data.encode("latin-1") if isinstance(data, str) else data  # Python 2
             if (
                 not isinstance(dtype, np.dtype)
                 or dtype.kind not in _PLAIN_KINDS
@@ -161,11 +175,22 @@ class _ArrayUnpickler(pickle._Unpickler):
             isinstance(target, np.dtype)
             and isinstance(state, tuple)
             and len(state) > 1
+            and target.kind == "O"
+        ):
+            made = target
+        elif (
+            isinstance(target, np.dtype)
+            and isinstance(state, tuple)
+            and len(state) > 1
             and state[1] in ("<", ">", "=", "|")
         ):
             made = target.newbyteorder(state[1])
         else:
             raise _Forbidden(f"a state for {type(target).__name__}")
+        self._replace(target, made)
+
+    def _replace(self, target: object, made: Any) -> None:
+        """Put the filled array in the place of the empty one."""
         self.stack[-1] = made
         for key in reversed(
             self.memo
@@ -189,8 +214,8 @@ class _ArrayUnpickler(pickle._Unpickler):
 def read_arrays_pickle(data: bytes, where: str) -> Any:
     """Read a pickle, or an uncompressed joblib file, of numbers, text, containers and numpy arrays.
 
-    Nothing that the file names is imported or called: arrays are built from their bytes. Arrays of
-    objects, subclasses and every other class are refused.
+    Nothing that the file names is imported or called: arrays are built from their bytes. An
+    array of objects becomes a list; subclasses and every other class are refused.
 
     Parameters
     ----------

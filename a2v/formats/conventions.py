@@ -1,16 +1,15 @@
-"""Guess what BVH files do not specify: whether the skeleton is a person's, its unit and its upward
-axis."""
+"""Guess what files of motions do not specify: whether the skeleton is a person's, its unit and its
+upward axis."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.bvh.parsing import ROTATION_AXES, BvhFile
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
@@ -27,12 +26,39 @@ UNITS: dict[str, float] = {
 """Meters of one unit of length, by name; CMU's skeletons are in inches divided by 0.45."""
 
 
-def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]) -> None:
+@dataclass
+class Bone:
+    """A bone of a file.
+
+    Attributes
+    ----------
+    name : str
+    parent : int
+        -1 for the root; parents come first.
+    line : int
+        Of the file, from 1; 0 where files have no lines.
+    """
+
+    name: str
+    parent: int
+    line: int = 0
+
+    def at(self, source: str) -> str:
+        """Return the place in the file `source`, for messages."""
+        return f"{source}:{self.line}" if self.line else source
+
+
+def demand_person(
+    source: str, bones: Sequence[Bone], canonical: dict[str, int], names: Sequence[str]
+) -> None:
     """Refuse a skeleton without the joints of a person.
 
     Parameters
     ----------
-    file : BvhFile
+    source : str
+        Name of the file in messages.
+    bones : sequence of Bone
+        All of the file.
     canonical : dict of str to int
         Result of `canonical_joints` for `names`.
     names : sequence of str
@@ -47,15 +73,13 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     if not missing:
         return
     # the missing joint may have a known name, but be merged because its bone has no length
-    every = canonical_joints(
-        [node.name for node in file.nodes], [node.parent for node in file.nodes]
-    )
+    every = canonical_joints([bone.name for bone in bones], [bone.parent for bone in bones])
     for name in missing:
         if name in every:
-            node = file.nodes[every[name]]
+            bone = bones[every[name]]
             raise InputError(
-                f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a "
-                "bone of zero length"
+                f"{bone.at(source)}: joint '{bone.name}' ({name.replace('_', ' ')}) has a bone of "
+                "zero length"
             )
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     if {"left_wrist", "right_wrist"} <= set(every) and not any(
@@ -64,11 +88,11 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
         for joint in ("hip", "knee", "ankle")
     ):
         raise InputError(
-            f"{file.source}:{file.nodes[0].line}: the skeleton is an upper body: no hips, knees or "
+            f"{bones[0].at(source)}: the skeleton is an upper body: no hips, knees or "
             "ankles; expected a whole person: export the motion with its legs"
         )
     raise InputError(
-        f"{file.source}:{file.nodes[0].line}: unknown joints: no "
+        f"{bones[0].at(source)}: unknown joints: no "
         f"{', '.join(name.replace('_', ' ') for name in missing[:4])}"
         f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or "
         "SMPL's names"
@@ -76,26 +100,27 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
 
 
 def demand_limbs(
-    file: BvhFile, local: FloatArray, keep: Sequence[int], canonical: dict[str, int]
+    source: str, bones: Sequence[Bone], local: FloatArray, canonical: dict[str, int]
 ) -> None:
     """Refuse arms and legs without a length, and bones of impossible proportions.
 
     Parameters
     ----------
-    file : BvhFile
-    local : (T, N, 3) float
-        Positions of the file's joints in their parents, the file's units.
-    keep : sequence of int
+    source : str
+        Name of the file in messages.
+    bones : sequence of J Bone
         Joints that stand apart from their parent.
+    local : (T, J, 3) float
+        Positions of the joints in their parents, the file's units.
     canonical : dict of str to int
-        Indices into `keep` (`canonical_joints`).
+        Indices into `bones` (`canonical_joints`).
 
     Raises
     ------
     InputError
         It names the file, the line and the joint.
     """
-    length = np.linalg.norm(np.median(local[:, keep], axis=0), axis=-1)
+    length = np.linalg.norm(np.median(local, axis=0), axis=-1)
     limbs = [
         canonical[f"{side}_{joint}"]
         for side in ("left", "right")
@@ -104,34 +129,16 @@ def demand_limbs(
     middle = float(np.median(length[limbs]))
     for index in limbs:
         if length[index] < 0.02 * middle:
-            node = file.nodes[keep[index]]
+            bone = bones[index]
             raise InputError(
-                f"{file.source}:{node.line}: joint '{node.name}' has a bone of (nearly) zero length"
+                f"{bone.at(source)}: joint '{bone.name}' has a bone of (nearly) zero length"
             )
-    for index, joint in enumerate(keep):
+    for index, bone in enumerate(bones):
         if index and length[index] > 20 * middle:
-            node = file.nodes[joint]
             raise InputError(
-                f"{file.source}:{node.line}: the bone of '{node.name}' is "
+                f"{bone.at(source)}: the bone of '{bone.name}' is "
                 f"{length[index] / middle:.0f} times as long as a limb"
             )
-
-
-def without_rest_frame(file: BvhFile) -> tuple[BvhFile, bool]:
-    """Drop the first frame if it is the rest pose; return the file and whether it was dropped.
-    CMU's conversions start with a T-pose."""
-    columns = [
-        node.first + place
-        for node in file.nodes
-        for place, name in enumerate(node.channels or ())
-        if name in ROTATION_AXES
-    ]
-    values = file.values
-    if len(values) > 2 and columns:  # nearly all zeros, and a jump to the next frame
-        steps = np.abs((np.diff(values[:3, columns], axis=0) + 180) % 360 - 180).max(axis=1)
-        if (values[0, columns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
-            return dataclasses.replace(file, values=values[1:]), True
-    return file, False
 
 
 def choose_scale(

@@ -107,8 +107,7 @@ class StepCard(ModelCard):
     hidden_size : int
         Size H of a recurrent state.
     temperature : float
-        What the graph multiplies the prior's standard deviation with; 1 is Eq. 10 of the journal
-        paper.
+        Factor on the prior's standard deviation in the graph; 1 is Eq. 10 of the journal paper.
     """
 
     hidden_size: int
@@ -208,13 +207,11 @@ def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard
     entries = _Entries(metadata, path)
     common = _common(entries)
     if entries.text("format") == STEP_FORMAT:
-        return StepCard(
-            **common,
-            hidden_size=entries.integer("hidden_size", high=_LARGEST_SIZE),
-            temperature=entries.number("temperature", low=1e-3, high=2)
-            if "temperature" in entries.entries
-            else 1.0,
-        )
+        hidden = entries.integer("hidden_size", high=_LARGEST_SIZE)
+        if "temperature" not in entries.entries:
+            return StepCard(**common, hidden_size=hidden)
+        factor = entries.number("temperature", low=1e-3, high=2)
+        return StepCard(**common, hidden_size=hidden, temperature=factor)
     window = entries.integer("window_frames")
     by_action = entries.items("active", length=len(common["actions"]))
     active = tuple(by_action.numbers(name, low=0, high=1) for name in by_action.entries)

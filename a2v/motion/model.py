@@ -34,13 +34,12 @@ from a2v.types import FloatArray, IntArray, Motion
 
 @dataclass(frozen=True)
 class MotionModel:
-    """An exported motion model: a file and its description.
+    """An exported motion model.
 
     Attributes
     ----------
     path : Path
     card : ModelCard
-        Actions, frame rate, skeleton, bone lengths, units, license...
     """
 
     path: Path
@@ -204,16 +203,15 @@ class MotionModel:
             heading (radians about +y from +z) if headings were not learned. Default: drawn for each
             action.
         noise_scale : float
-            Factor on the noise: 1 over the card's temperature samples a VAE from its prior.
+            Factor on the noise; 1 / temperature samples a VAE from its prior.
 
         Raises
         ------
         InputError
             `frames` is larger than a window.
         """
-        return self.sampler.generate_like_data(
-            WindowRequest(labels, lengths, frames, active, headings, noise_scale), generator
-        )
+        request = WindowRequest(labels, lengths, frames, active, headings, noise_scale)
+        return self.sampler.generate_like_data(request, generator)
 
     def to_native(self, joints: FloatArray) -> FloatArray:
         """Convert world joints (..., T, J, 3), meters, to the data set's own frame and unit, first

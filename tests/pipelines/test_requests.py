@@ -27,6 +27,9 @@ from pipelines.serve.wishes import Wish
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
+    "without": "split_panels",
+    "color.without": "comb",
+    "readers.without": "find_gloves",
     "face.features": "model",
     "action": "Jump",
     "timeline": "t.yaml",

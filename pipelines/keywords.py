@@ -19,7 +19,7 @@ from a2v.body.settings import FitSettings
 from a2v.footage.settings import FollowSettings
 from a2v.perception.person import PerceptionSettings
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
-from a2v.reconstruction.coloring import ColorSettings
+from a2v.reconstruction.coloring.settings import ColorSettings
 from a2v.reconstruction.face.settings import FaceSettings
 from a2v.reconstruction.hands import HandSettings
 from a2v.reconstruction.implicit.surface import ImplicitSettings
@@ -49,6 +49,7 @@ class PersonKeywords(TypedDict, total=False):
     face: FaceSettings | Mapping[str, object]
     character: Literal["canonical", "fused"]
     color: ColorSettings | Mapping[str, object]
+    without: Text
     bind: BindSettings | Mapping[str, object]
     triangles: int
     texture: int

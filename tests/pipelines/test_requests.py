@@ -28,6 +28,8 @@ from pipelines.serve.wishes import Wish
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
     "face.features": "model",
+    "without": "find_gloves,delight",
+    "color.without": "delight",
     "action": "Jump",
     "timeline": "t.yaml",
     "model": "cmu",

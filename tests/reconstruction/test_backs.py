@@ -15,9 +15,9 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs import (
     KINDS,
+    Seen,
     Continuation,
     Materials,
-    Seen,
     continue_photo,
     find_panels,
     in_palette,
@@ -29,7 +29,8 @@ from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
 from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
-from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
+from a2v.reconstruction.palettes import lab_of
+from a2v.reconstruction.reading.skin import is_skin, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -423,15 +424,17 @@ def test_hands_tell_the_skin_but_gloves_do_not() -> None:
 
 def test_hair_over_the_cheeks_is_no_skin() -> None:
     for skin in ([0.85, 0.65, 0.55], [0.25, 0.15, 0.11], [0.95, 0.8, 0.75]):
-        assert skin_like(np.array(skin))
+        assert is_skin(lab_of(np.array(skin)))
     for other in ([0.12, 0.12, 0.12], [0.75, 0.75, 0.77], [0.2, 0.4, 0.6]):
-        assert not skin_like(np.array(other))
+        assert not is_skin(lab_of(np.array(other)))
 
 
 WHITE, RED = np.array([0.9, 0.9, 0.92]), np.array([0.7, 0.1, 0.1])
 
 
-def _panels_of(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[Seen, IntArray]:
+def _panels_of(
+    paint: Callable[[FloatArray, FloatArray], FloatArray],
+) -> tuple[Seen, IntArray]:
     """A tube in white and red, seen from the front and expected to be pink behind; the panels."""
     vertices, faces = _cylinder()
     seen = _seen(

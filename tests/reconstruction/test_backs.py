@@ -15,7 +15,7 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs import (
     KINDS,
-    Seen,
+    BackEvidence,
     Continuation,
     Materials,
     continue_photo,
@@ -68,12 +68,12 @@ def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
     )
 
 
-def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
+def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> BackEvidence:
     """Return what is known of vertices: the `given` ones, and nothing of the others."""
     count = len(vertices)
     nothing = {name: np.zeros(count, bool) for name in ("scalp", "bare", "face")}
     neighbors = cKDTree(vertices).query(vertices, near + 1)[1][:, 1:]
-    return Seen(
+    return BackEvidence(
         **{
             "vertices": vertices,
             "front": np.arange(count),
@@ -93,7 +93,7 @@ def _seen(
     *,
     expected: FloatArray,
     parts: IntArray | None = None,
-) -> Seen:
+) -> BackEvidence:
     pixels = CAMERA.project(vertices)
     known: BoolArray = normals[:, 2] > 0.35
     parts = np.full(len(vertices), PARTS.index("torso")) if parts is None else parts
@@ -121,7 +121,7 @@ def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
 
 
 def continued_by_steps(
-    seen: Seen,
+    seen: BackEvidence,
     faces: IntArray,
     normals: FloatArray,
     clean: FloatArray,
@@ -214,7 +214,7 @@ def test_skin_does_not_tint_cloth() -> None:
     parts = np.where(vertices[:, 1] < 0.0, PARTS.index("torso"), PARTS.index("neck"))
     share = np.clip(0.5 + vertices[:, 1] / 0.08, 0, 1)[:, None]
     seen = _seen(vertices, normals, clean, expected=share * SKIN + (1 - share) * CLOTH, parts=parts)
-    seen = Seen(**{**vars(seen), "skin": SKIN})
+    seen = BackEvidence(**{**vars(seen), "skin": SKIN})
     labels, _ = label_surface(seen)
     clear = _body(vertices) & (np.abs(vertices[:, 1]) > 0.02)
     wanted = np.where(vertices[:, 1] < 0, KINDS.index("upper"), KINDS.index("skin"))
@@ -434,7 +434,7 @@ WHITE, RED = np.array([0.9, 0.9, 0.92]), np.array([0.7, 0.1, 0.1])
 
 def _panels_of(
     paint: Callable[[FloatArray, FloatArray], FloatArray],
-) -> tuple[Seen, IntArray]:
+) -> tuple[BackEvidence, IntArray]:
     """A tube in white and red, seen from the front and expected to be pink behind; the panels."""
     vertices, faces = _cylinder()
     seen = _seen(

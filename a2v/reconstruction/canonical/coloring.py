@@ -22,7 +22,7 @@ from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting, finished
 from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
-from a2v.reconstruction.coloring.canvas import Canvas, Layers, part_agreement
+from a2v.reconstruction.coloring.canvas import BodyLayers, Canvas, part_agreement
 from a2v.reconstruction.coloring.other_photos import OtherPhoto
 from a2v.reconstruction.reading import Reading
 from a2v.types import Camera, FloatArray, Progress, Reconstruction, Subject, Surface
@@ -43,7 +43,7 @@ def canvas_of(
     layer = np.arange(len(parts)) >= own
     strands = layer & (parts == PARTS.index("head"))
     hanging, hairy = int((layer & ~strands).sum()), bool(strands.any())
-    layers = Layers(layer & ~strands, strands if hairy else None)
+    layers = BodyLayers(layer & ~strands, strands if hairy else None)
     twins = [topology().twin, own + skirt_twins(hanging)]
     if hairy:
         twins.append(own + hanging + hair_twins())

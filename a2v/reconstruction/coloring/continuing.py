@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.backs import (
-    Seen,
+    BackEvidence,
     Materials,
     continue_photo,
     find_panels,
@@ -45,7 +45,7 @@ def gather_evidence(painting: Painting) -> Painting:
     if skin is None or not is_skin(lab_of(skin)):  # the back of a head, or hair over the cheeks
         hands = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
         skin = skin if hands is None else hands
-    evidence = Seen(
+    evidence = BackEvidence(
         vertices=painting.vertices,
         colors=colors,
         known=known,

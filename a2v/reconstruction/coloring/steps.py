@@ -32,7 +32,7 @@ from a2v.reconstruction.coloring.expecting import (
     replace_strangers,
     tint_hidden_hands,
 )
-from a2v.reconstruction.coloring.painting import ColorEvidence, Painting, Step
+from a2v.reconstruction.coloring.painting import ColorEvidence, ColoringStep, Painting
 from a2v.reconstruction.coloring.settings import ColorSettings
 from a2v.reconstruction.coloring.solving import (
     comb,
@@ -42,7 +42,7 @@ from a2v.reconstruction.coloring.solving import (
 )
 from a2v.types import OrthographicCamera, Progress, Subject, Surface
 
-STEPS: tuple[Step, ...] = (
+STEPS: tuple[ColoringStep, ...] = (
     delight,
     move_face,
     paint_face,
@@ -107,7 +107,7 @@ def color_surface(
 
 
 def finished(
-    painting: Painting, steps: Sequence[Step] = STEPS, *, progress: Progress | None = None
+    painting: Painting, steps: Sequence[ColoringStep] = STEPS, *, progress: Progress | None = None
 ) -> Surface:
     """Take `steps` that are not left out, and bake the texture."""
     report, settings = progress or (lambda done, total: None), painting.settings

@@ -50,6 +50,12 @@ COLORING: Mapping[str, str] = {
 """Rules of `a2v.reconstruction.coloring` that can be left out, and what they are for."""
 
 
+CANVAS = ("follow_map", "part_flanks", "sort_by_palette", "clear_hem")
+"""Those that tell which pixels belong to which part (`a2v.reconstruction.coloring.canvas`)."""
+BAKING = ("mirror_texels", "smooth_borders")
+"""Those that change the texture alone."""
+
+
 def left_out(text: str, among: Mapping[str, str]) -> frozenset[str]:
     """Return the names of the rules in a text, separated by commas.
 

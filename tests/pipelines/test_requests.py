@@ -31,6 +31,8 @@ OTHERS = {
     "color.without": "comb",
     "readers.without": "find_gloves",
     "face.features": "model",
+    "without": "find_gloves,delight",
+    "color.without": "delight",
     "action": "Jump",
     "timeline": "t.yaml",
     "model": "cmu",

@@ -15,9 +15,9 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs import (
     KINDS,
+    BackEvidence,
     Continuation,
     Materials,
-    Seen,
     continue_photo,
     find_panels,
     in_palette,
@@ -29,7 +29,8 @@ from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import loose_hair
 from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
-from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
+from a2v.reconstruction.palettes import lab_of
+from a2v.reconstruction.reading.skin import is_skin, skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -67,12 +68,12 @@ def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
     )
 
 
-def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
+def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> BackEvidence:
     """Return what is known of vertices: the `given` ones, and nothing of the others."""
     count = len(vertices)
     nothing = {name: np.zeros(count, bool) for name in ("scalp", "bare", "face")}
     neighbors = cKDTree(vertices).query(vertices, near + 1)[1][:, 1:]
-    return Seen(
+    return BackEvidence(
         **{
             "vertices": vertices,
             "front": np.arange(count),
@@ -92,7 +93,7 @@ def _seen(
     *,
     expected: FloatArray,
     parts: IntArray | None = None,
-) -> Seen:
+) -> BackEvidence:
     pixels = CAMERA.project(vertices)
     known: BoolArray = normals[:, 2] > 0.35
     parts = np.full(len(vertices), PARTS.index("torso")) if parts is None else parts
@@ -120,7 +121,7 @@ def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
 
 
 def continued_by_steps(
-    seen: Seen,
+    seen: BackEvidence,
     faces: IntArray,
     normals: FloatArray,
     clean: FloatArray,
@@ -213,7 +214,7 @@ def test_skin_does_not_tint_cloth() -> None:
     parts = np.where(vertices[:, 1] < 0.0, PARTS.index("torso"), PARTS.index("neck"))
     share = np.clip(0.5 + vertices[:, 1] / 0.08, 0, 1)[:, None]
     seen = _seen(vertices, normals, clean, expected=share * SKIN + (1 - share) * CLOTH, parts=parts)
-    seen = Seen(**{**vars(seen), "skin": SKIN})
+    seen = BackEvidence(**{**vars(seen), "skin": SKIN})
     labels, _ = label_surface(seen)
     clear = _body(vertices) & (np.abs(vertices[:, 1]) > 0.02)
     wanted = np.where(vertices[:, 1] < 0, KINDS.index("upper"), KINDS.index("skin"))
@@ -423,15 +424,17 @@ def test_hands_tell_the_skin_but_gloves_do_not() -> None:
 
 def test_hair_over_the_cheeks_is_no_skin() -> None:
     for skin in ([0.85, 0.65, 0.55], [0.25, 0.15, 0.11], [0.95, 0.8, 0.75]):
-        assert skin_like(np.array(skin))
+        assert is_skin(lab_of(np.array(skin)))
     for other in ([0.12, 0.12, 0.12], [0.75, 0.75, 0.77], [0.2, 0.4, 0.6]):
-        assert not skin_like(np.array(other))
+        assert not is_skin(lab_of(np.array(other)))
 
 
 WHITE, RED = np.array([0.9, 0.9, 0.92]), np.array([0.7, 0.1, 0.1])
 
 
-def _panels_of(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[Seen, IntArray]:
+def _panels_of(
+    paint: Callable[[FloatArray, FloatArray], FloatArray],
+) -> tuple[BackEvidence, IntArray]:
     """A tube in white and red, seen from the front and expected to be pink behind; the panels."""
     vertices, faces = _cylinder()
     seen = _seen(

@@ -10,14 +10,14 @@ from a2v.reconstruction.backs.continuation import Continuation, continue_photo, 
 from a2v.reconstruction.backs.labels import label_surface
 from a2v.reconstruction.backs.panels import find_panels
 from a2v.reconstruction.backs.rings import run_around
-from a2v.reconstruction.backs.seen import KINDS, Materials, Seen, seen_before
+from a2v.reconstruction.backs.seen import KINDS, BackEvidence, Materials, seen_before
 from a2v.reconstruction.backs.twins import find_twins
 
 __all__ = [
     "KINDS",
+    "BackEvidence",
     "Continuation",
     "Materials",
-    "Seen",
     "continue_photo",
     "find_panels",
     "find_twins",

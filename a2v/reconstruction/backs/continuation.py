@@ -22,8 +22,8 @@ from a2v.reconstruction.backs.seen import (
     SHOES,
     SKIN,
     UPPER,
+    BackEvidence,
     Materials,
-    Seen,
 )
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -127,7 +127,7 @@ class Continuation:
 
 
 def continue_photo(
-    seen: Seen,
+    seen: BackEvidence,
     stuff: Materials,
     faces: IntArray,
     normals: FloatArray,
@@ -193,7 +193,7 @@ def continue_photo(
     )
 
 
-def _is_even(seen: Seen, labels: IntArray) -> BoolArray:
+def _is_even(seen: BackEvidence, labels: IntArray) -> BoolArray:
     """Return which vertices (V,) have no detail that continues.
 
     The heel of a shoe does not look like its laces. Skin is even, and details of visible skin are
@@ -251,7 +251,7 @@ def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def _smooth(
-    seen: Seen,
+    seen: BackEvidence,
     labels: IntArray,
     neighbors: IntArray,
     panel_colors: FloatArray,

@@ -20,7 +20,7 @@ from a2v.reconstruction.backs.seen import (
     SKIN,
     UNSURE,
     UPPER,
-    Seen,
+    BackEvidence,
     allowed_parts,
 )
 from a2v.reconstruction.palettes import clustered_colors, lab_of, palette_distance
@@ -43,7 +43,7 @@ _SAME = 11.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Costs:
+class LabelCosts:
     """Costs of labels, in CIELAB units unless they are shares; the labels with the smallest sum
     over the surface are chosen.
 
@@ -93,7 +93,7 @@ class Costs:
     chest: float = 0.6
 
 
-_COSTS = Costs()
+_COSTS = LabelCosts()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +141,7 @@ _BEHIND_ROUNDS = 10
 """Rounds of smoothing of labels on the back."""
 
 
-def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
+def label_surface(seen: BackEvidence) -> tuple[IntArray, BoolArray]:
     """Return the label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have
     another color than their label (prints).
 
@@ -212,7 +212,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     return labels, strange & (labels > UNSURE)
 
 
-def _trunk_height(seen: Seen) -> FloatArray:
+def _trunk_height(seen: BackEvidence) -> FloatArray:
     """Height (V,) of vertices along the trunk, meters: along the axis from the thighs to the head,
     also if the person leans."""
     thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*HEAD_PARTS)
@@ -222,7 +222,7 @@ def _trunk_height(seen: Seen) -> FloatArray:
     return np.asarray(seen.vertices @ (up / max(float(np.linalg.norm(up)), 1e-9)))
 
 
-def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
+def _reluctance(seen: BackEvidence, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
     """Return the cost (V,) of a label on parts that rarely have it. Clothes may have the color of
     skin, hair or shoes."""
     from scipy.spatial import cKDTree
@@ -250,7 +250,7 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
     return cost
 
 
-def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
+def loose_hair(seen: BackEvidence, labels: IntArray) -> BoolArray:
     """Return which vertices (V,) look like hair but are not connected to the head (dark cloth), or
     are small unseen islands of hair."""
     hair = labels == HAIR
@@ -262,7 +262,7 @@ def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
     return np.asarray(hair & ~held[piece])
 
 
-def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
+def _palettes(seen: BackEvidence, lab: FloatArray) -> dict[int, FloatArray]:
     """Typical CIELAB colors (n, 3) of each visible label."""
     from skimage.color import rgb2lab
 
@@ -317,7 +317,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     return found
 
 
-def _hairline(seen: Seen, height: FloatArray, bare: BoolArray) -> BoolArray:
+def _hairline(seen: BackEvidence, height: FloatArray, bare: BoolArray) -> BoolArray:
     """Return the visible vertices (V,) of hair at the top of the face; none if most vertices there
     are bare, since a bald head may have spots of gloss.
 

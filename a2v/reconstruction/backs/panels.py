@@ -13,7 +13,7 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean, with_votes
-from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, Seen
+from a2v.reconstruction.backs.seen import LIMB_PARTS, LOWER, UPPER, BackEvidence
 from a2v.reconstruction.palettes import color_clusters, lab_of, palette_distance
 from a2v.types import BoolArray, FloatArray, IntArray
 
@@ -53,12 +53,12 @@ _TELLING = 60
 """Number of visible vertices that tell the color of a hidden one."""
 
 
-def find_panels(seen: Seen, labels: IntArray) -> tuple[IntArray, FloatArray]:
+def find_panels(seen: BackEvidence, labels: IntArray) -> tuple[IntArray, FloatArray]:
     """Split the garments into panels.
 
     Parameters
     ----------
-    seen : Seen
+    seen : BackEvidence
     labels : (V,) int
         Index into `KINDS`.
 
@@ -112,7 +112,7 @@ class _Garment:
     near: IntArray
 
     @classmethod
-    def of(cls, seen: Seen, own: BoolArray) -> _Garment:
+    def of(cls, seen: BackEvidence, own: BoolArray) -> _Garment:
         """The garment of the vertices `own` (V,)."""
         vertices = np.flatnonzero(own)
         itself = np.arange(len(vertices))

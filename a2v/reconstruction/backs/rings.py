@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER, Seen
+from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER, BackEvidence
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _SIDES = ("left", "right")
@@ -63,7 +63,7 @@ class _Tube:
     turn: FloatArray
 
 
-def run_around(seen: Seen, labels: IntArray) -> IntArray:
+def run_around(seen: BackEvidence, labels: IntArray) -> IntArray:
     """Return labels (V,) whose borders run around the body at rest (`around`)."""
     if seen.rest is None:
         return labels

@@ -37,7 +37,7 @@ def allowed_parts(kind: int) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class BackEvidence:
     """The evidence on a surface's vertices before they are labeled.
 
     Attributes

@@ -18,7 +18,7 @@ from a2v.reconstruction.canonical.ears import ears, ears_covered, flat_ears
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
 from a2v.reconstruction.canonical.layers import Layer, with_layer
-from a2v.reconstruction.canonical.observe import View, observe, ray_normals
+from a2v.reconstruction.canonical.observe import PersonView, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
@@ -29,7 +29,7 @@ from a2v.reconstruction.canonical.skirt import (
     make_skirt,
     skirt_faces,
 )
-from a2v.reconstruction.canonical.strands import Person
+from a2v.reconstruction.canonical.strands import HairlessPerson
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
     flat_soles,
@@ -157,7 +157,7 @@ def _hair(sight: Sight, body: Body, seen: HairSeen, rest: FloatArray) -> Layer:
     """The layer of long hair on a person whose vertices at rest are `rest` (V, 3)."""
     mesh = topology()
     bald = standing_of(rest, mesh, body)
-    person = Person(
+    person = HairlessPerson(
         rest=rest,
         posed=posed_vertices(bald, body).astype(np.float64),
         faces=mesh.faces[mesh.skin[mesh.faces].all(axis=1)],
@@ -257,7 +257,7 @@ def _observed(
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
         bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
-        view = View(sight.camera, sight.reading.taken)
+        view = PersonView(sight.camera, sight.reading.taken)
         seen.append(observe(sight.person.surface, rest, skin, asked, near=near, view=view))
         certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
     return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])

@@ -20,9 +20,9 @@ from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
 from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, color_surface
+from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting, finished
 from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
-from a2v.reconstruction.coloring.canvas import Canvas, Layers, part_agreement
+from a2v.reconstruction.coloring.canvas import BodyLayers, Canvas, part_agreement
 from a2v.reconstruction.coloring.other_photos import OtherPhoto
 from a2v.reconstruction.reading import Reading
 from a2v.types import Camera, FloatArray, Progress, Reconstruction, Subject, Surface
@@ -43,7 +43,7 @@ def canvas_of(
     layer = np.arange(len(parts)) >= own
     strands = layer & (parts == PARTS.index("head"))
     hanging, hairy = int((layer & ~strands).sum()), bool(strands.any())
-    layers = Layers(layer & ~strands, strands if hairy else None)
+    layers = BodyLayers(layer & ~strands, strands if hairy else None)
     twins = [topology().twin, own + skirt_twins(hanging)]
     if hairy:
         twins.append(own + hanging + hair_twins())
@@ -61,14 +61,11 @@ def canvas_of(
     )
 
 
-def color_canonical(
-    person: Reconstruction,
-    sights: Sequence[Sight],
-    *,
-    settings: ColorSettings,
-    progress: Progress | None = None,
-) -> Surface:
-    """Color the surface of a canonical person, which stands as in the first of `sights`."""
+def canonical_painting(
+    person: Reconstruction, sights: Sequence[Sight], settings: ColorSettings
+) -> Painting:
+    """Begin the coloring of a canonical person, which stands as in the first of `sights`, by one or
+    several photos."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
     seen = [
@@ -90,23 +87,36 @@ def color_canonical(
         if number != face
     )
     main = sights[face]
-    spots = spots_of(person.surface.standing.anchors, main.body)
     evidence = ColorEvidence(
-        prior=person.expected_colors, spots=spots, canvas=canvases[face], others=others
+        prior=person.expected_colors,
+        spots=spots_of(person.surface.standing.anchors, main.body),
+        canvas=canvases[face],
+        others=others,
     )
-    colored = color_surface(
-        seen[face],
-        main.subject,
-        main.camera.flat,
-        evidence=evidence,
-        settings=settings,
-        progress=progress,
-    )
+    return Painting.of(seen[face], main.subject, main.camera.flat, evidence, settings)
+
+
+def color_canonical(
+    person: Reconstruction,
+    sights: Sequence[Sight],
+    *,
+    settings: ColorSettings,
+    progress: Progress | None = None,
+) -> Surface:
+    """Color the surface of a canonical person, which stands as in the first of `sights`."""
+    painting = canonical_painting(person, sights, settings)
+    return as_person(person, painting, finished(painting, progress=progress))
+
+
+def as_person(person: Reconstruction, painting: Painting, colored: Surface) -> Surface:
+    """Return a colored surface in the frame of the first photo, with a painted face if the photo
+    has none that can be used."""
     made = dataclasses.replace(colored, vertices=person.surface.vertices)
     features = made.provenance.get("features")
     if made.face is None or features not in PAINTED:
         return made
-    return with_neutral_face(made, spots, whole=features == "head")
+    assert painting.spots is not None
+    return with_neutral_face(made, painting.spots, whole=features == "head")
 
 
 def _in_pose_of(surface: Surface, sight: Sight, *, first: bool) -> Surface:

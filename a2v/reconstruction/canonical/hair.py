@@ -24,8 +24,8 @@ from a2v.reconstruction.canonical.strands import (
     COLUMNS,
     FRONT,
     STEPS,
-    Person,
-    Solid,
+    HairlessPerson,
+    HairSolid,
     bound,
     evened_strands,
     head_place,
@@ -62,7 +62,7 @@ def under_hair(rest: FloatArray, parts: IntArray, normals: FloatArray) -> BoolAr
     return np.asarray(head | (on_parts(parts, "neck") & (normals[:, 2] < 0.6)))
 
 
-def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Layer:
+def make_hair(person: HairlessPerson, body: Body, seen: HairSeen, camera: Camera) -> Layer:
     """Make the layer of long hair.
 
     1. Strands run down from a ring around the head, outside the body, and end where they lie flat.
@@ -73,7 +73,7 @@ def make_hair(person: Person, body: Body, seen: HairSeen, camera: Camera) -> Lay
     from scipy.spatial import cKDTree
 
     base = float(body.rest_transforms[body.bone_names.index("neck01"), 1, 3])
-    solid = Solid(person.rest, person.faces)
+    solid = HairSolid(person.rest, person.faces)
     grid = strand_paths(person, solid).transpose(1, 0, 2).reshape(-1, 3)
     binding = bound(grid, body)
     away = grid * [1, 0, 1] - [0, 0, head_place(person.rest, person.parts)[1]]

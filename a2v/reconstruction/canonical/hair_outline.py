@@ -14,7 +14,7 @@ from a2v.reconstruction.canonical.strands import (
     STEP,
     STEPS,
     TUCKED,
-    Person,
+    HairlessPerson,
     angles,
 )
 from a2v.reconstruction.reading import HairSeen
@@ -101,7 +101,7 @@ def _outermost(seen: HairSeen, flat: FloatArray, side: float, camera: Camera) ->
     return result
 
 
-def shown_places(posed: FloatArray, person: Person, camera: Camera) -> BoolArray:
+def shown_places(posed: FloatArray, person: HairlessPerson, camera: Camera) -> BoolArray:
     """Return which places (n, 3) of the layer nothing of the body hides in the photo."""
     scene = RayScene(np.asarray(person.posed, np.float32), np.asarray(person.faces, np.int32))
     ahead = unit(

@@ -29,7 +29,7 @@ from a2v.reconstruction.face.places import (
     RIGHT_IRIS,
 )
 from a2v.reconstruction.palettes import lab_of
-from a2v.reconstruction.reading.skin import skin_like, skin_of_hands
+from a2v.reconstruction.reading.skin import is_skin, skin_of_hands
 from a2v.types import BoolArray, ByteArray, Face, FloatArray, Surface
 
 SKIN = np.array([0.76, 0.58, 0.48])
@@ -139,7 +139,7 @@ def skin_and_hair(surface: Surface, spots: Spots) -> tuple[FloatArray, FloatArra
     )
     skin = None
     cheeks = colors[seen & spots.bare]
-    if len(cheeks) >= _FEW and skin_like(np.median(cheeks, axis=0)):
+    if len(cheeks) >= _FEW and is_skin(lab_of(np.median(cheeks, axis=0))):
         lit = cheeks.sum(axis=1)
         skin = np.median(cheeks[lit >= np.median(lit)], axis=0)
     if skin is None:

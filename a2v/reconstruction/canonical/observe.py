@@ -72,7 +72,7 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PersonView:
     """The camera of the photo, and the pixels of the mask that do not show the person
     (`Reading.taken`)."""
 
@@ -87,7 +87,7 @@ def observe(
     allowed: BoolArray,
     *,
     near: float,
-    view: View,
+    view: PersonView,
 ) -> Observed:
     """Cast the posed skin onto a surface.
 
@@ -103,7 +103,7 @@ def observe(
         Vertices whose displacement is measured.
     near : float
         See `CharacterSettings`.
-    view : View
+    view : PersonView
         The photo of the surface.
     """
     from scipy.spatial import cKDTree
@@ -201,7 +201,7 @@ def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Came
     return np.asarray(~hidden & ((normals * ahead).sum(axis=1) > -0.15))
 
 
-def _of_person(places: FloatArray, view: View) -> BoolArray:
+def _of_person(places: FloatArray, view: PersonView) -> BoolArray:
     """Return which places (n, 3) lie in pixels of the photo that show the person, and not something
     that the mask took for the person."""
     height, width = view.taken.shape

@@ -50,7 +50,7 @@ _SPINE = ("spine04", "spine03", "spine02", "spine01")
 
 
 @dataclass(frozen=True, eq=False)
-class Person:
+class HairlessPerson:
     """A person without the layer.
 
     Attributes
@@ -71,7 +71,7 @@ class Person:
     parts: IntArray
 
 
-class Solid:
+class HairSolid:
     """The body at rest, which strands do not enter."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
@@ -115,7 +115,7 @@ def angles() -> FloatArray:
     return np.linspace(FRONT, 360 - FRONT, COLUMNS)
 
 
-def strand_paths(person: Person, solid: Solid) -> FloatArray:
+def strand_paths(person: HairlessPerson, solid: HairSolid) -> FloatArray:
     """Paths (COLUMNS, STEPS, 3) of strands at rest: down, around the body.
 
     From the left temple (+x) around the back to the right one.

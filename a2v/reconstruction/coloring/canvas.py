@@ -131,7 +131,7 @@ def strangers() -> BoolArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
+class BodyLayers:
     """Separate layers of a canonical person with V vertices.
 
     Attributes
@@ -169,7 +169,7 @@ def _only_within(reading: Reading, arms: BoolArray, part: int) -> BoolArray | No
 
 def part_agreement(
     surface: Surface,
-    layers: Layers,
+    layers: BodyLayers,
     subject: Subject,
     camera: OrthographicCamera,
     reading: Reading,

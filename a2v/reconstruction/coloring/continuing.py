@@ -8,8 +8,8 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.reconstruction.backs import (
+    BackEvidence,
     Materials,
-    Seen,
     continue_photo,
     find_panels,
     find_twins,
@@ -23,9 +23,10 @@ from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.tones import (
     bare_arms,
 )
+from a2v.reconstruction.palettes import lab_of
 from a2v.reconstruction.reading.skin import (
+    is_skin,
     seen_face,
-    skin_like,
     skin_of_hands,
 )
 
@@ -41,10 +42,10 @@ def gather_evidence(painting: Painting) -> Painting:
     face, _ = seen_face(subject, pixels, colors, known=main, head=painting.head)
     outer = main & ~painting.mouth
     _, skin = seen_face(subject, pixels, colors, known=outer, head=painting.head)
-    if skin is None or not skin_like(skin):  # the back of a head, or hair over the cheeks
+    if skin is None or not is_skin(lab_of(skin)):  # the back of a head, or hair over the cheeks
         hands = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
         skin = skin if hands is None else hands
-    evidence = Seen(
+    evidence = BackEvidence(
         vertices=painting.vertices,
         colors=colors,
         known=known,

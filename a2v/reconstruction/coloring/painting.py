@@ -13,7 +13,7 @@ from a2v.body.parts import on_parts
 from a2v.body.spots import Spots
 from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
-from a2v.reconstruction.backs import Continuation, Materials, Seen
+from a2v.reconstruction.backs import BackEvidence, Continuation, Materials
 from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.coloring.canvas import Canvas
 from a2v.reconstruction.coloring.nearest import nearest_vertices
@@ -87,7 +87,7 @@ class Painting:
         Expected colors of the others.
     paint : FacePaint, optional
         Colors of the face that the photo does not show.
-    evidence : Seen, optional
+    evidence : BackEvidence, optional
         What labels and continuation use; None: nothing is continued.
     materials : Materials, optional
     continued : Continuation, optional
@@ -116,7 +116,7 @@ class Painting:
     colors: FloatArray
     expected: FloatArray
     paint: FacePaint | None = None
-    evidence: Seen | None = None
+    evidence: BackEvidence | None = None
     materials: Materials | None = None
     continued: Continuation | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
@@ -226,7 +226,7 @@ class Painting:
         )
 
 
-class Step(Protocol):
+class ColoringStep(Protocol):
     """A step of the coloring: a function that makes a new painting."""
 
     __name__: str

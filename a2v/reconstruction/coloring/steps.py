@@ -4,6 +4,7 @@ Eq. 14, in one texture."""
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -31,7 +32,7 @@ from a2v.reconstruction.coloring.expecting import (
     replace_strangers,
     tint_hidden_hands,
 )
-from a2v.reconstruction.coloring.painting import ColorEvidence, Painting, Step
+from a2v.reconstruction.coloring.painting import ColorEvidence, ColoringStep, Painting
 from a2v.reconstruction.coloring.settings import ColorSettings
 from a2v.reconstruction.coloring.solving import (
     comb,
@@ -41,7 +42,7 @@ from a2v.reconstruction.coloring.solving import (
 )
 from a2v.types import OrthographicCamera, Progress, Subject, Surface
 
-STEPS: tuple[Step, ...] = (
+STEPS: tuple[ColoringStep, ...] = (
     delight,
     move_face,
     paint_face,
@@ -99,16 +100,23 @@ def color_surface(
     InputError
         Arrays of the wrong shape, or a surface that the camera does not see.
     """
-    settings, evidence = settings or ColorSettings(), evidence or ColorEvidence()
-    report = progress or (lambda done, total: None)
+    evidence = evidence or ColorEvidence()
     _check_given(len(surface.vertices), evidence)
-    painting = Painting.of(surface, subject, camera, evidence, settings)
+    painting = Painting.of(surface, subject, camera, evidence, settings or ColorSettings())
+    return finished(painting, progress=progress)
+
+
+def finished(
+    painting: Painting, steps: Sequence[ColoringStep] = STEPS, *, progress: Progress | None = None
+) -> Surface:
+    """Take `steps` that are not left out, and bake the texture."""
+    report, settings = progress or (lambda done, total: None), painting.settings
     # it makes the charts of the texture, while this thread makes the colors
     beside = ThreadPoolExecutor(1)
     atlas = beside.submit(_atlas, painting) if settings.texture else None
     beside.shutdown(wait=False)
-    for number, step in enumerate(STEPS, 1):
-        report(number, len(STEPS) + 2)
+    for number, step in enumerate(steps, 1):
+        report(number, len(steps) + 2)
         if step.__name__ not in settings.off:
             painting = step(painting)
     if atlas is not None:

@@ -6,7 +6,13 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.reconstruction.reading.skin import CHROMA, like_skin, lit_skin, photo_and_skin, within_mask
+from a2v.reconstruction.reading.skin import (
+    is_skin,
+    like_skin,
+    photo_and_tone,
+    tone_of,
+    within_mask,
+)
 from a2v.types import Body, BoolArray, ByteArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
@@ -28,8 +34,6 @@ _BEHIND = -0.12
 """Depth of a wrist relative to its shoulder below which the trunk may occlude it, meters."""
 _GLOVE = 0.25
 """Share of skin below which hands wear gloves."""
-_WARM = (10.0, 90.0)
-"""Range of the hue of hands in colored light, degrees in CIELAB."""
 _NO_SKIN = 0.1
 """A hand wears a glove if less than this share of its pixels is skin, in any light."""
 _NOT_BARE = 0.25
@@ -116,8 +120,8 @@ def arms_by_landmarks(
     return found, better
 
 
-def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
-    """Return which pixels (h, w), every `step`-th, look like the skin of the face. None if the face
+def bare_hands(subject: Subject, arms: BoolArray) -> BoolArray | None:
+    """Return which pixels (h, w), every `STEP`-th, look like the skin of the face. None if the face
     is not visible or the hands wear gloves.
 
     Parameters
@@ -125,14 +129,14 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     arms : (P, h, w) bool
         Of `arms_by_landmarks`.
     """
-    found = photo_and_skin(subject, arms.shape[1:], step)
+    found = photo_and_tone(subject, arms.shape[1:])
     if found is None:
         return None
     lab, face = found
     known: list[FloatArray | None] = [face]
     for number, side in enumerate(("left", "right")):
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
-            known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
+            known.append(tone_of(lab[arms[PARTS.index(f"{side}_hand")]]))
     tones = [tone for tone in known if tone is not None]
     like = np.any([like_skin(lab, tone) for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
@@ -172,10 +176,8 @@ def bare_forearms(
     return names if len(bare) == len(told) == 1 else bare
 
 
-def gloves(
-    subject: Subject, arms: BoolArray, shown: IntArray, scale: float, step: int
-) -> BoolArray | None:
-    """Return which pixels (h, w), every `step`-th, have the color of the gloves; None if the photo
+def gloves(subject: Subject, arms: BoolArray, shown: IntArray, scale: float) -> BoolArray | None:
+    """Return which pixels (h, w), every `STEP`-th, have the color of the gloves; None if the photo
     does not clearly show gloves.
 
     A hand wears a glove if its pixels have no color of skin, although the face has. Its pixels are
@@ -187,20 +189,18 @@ def gloves(
     arms : (P, h, w) bool
         Of `arms_by_landmarks`.
     shown : (h, w) int
-        Part that the posed body shows on every `step`-th pixel; -1 for none.
+        Part that the posed body shows on every `STEP`-th pixel; -1 for none.
     scale : float
         Pixels of `shown` per meter.
     """
     import cv2
 
-    found = photo_and_skin(subject, shown.shape, step)
+    found = photo_and_tone(subject, shown.shape)
     if found is None:
         return None
     lab, tone = found
     mask = within_mask(subject, shown.shape)
-    hue = np.degrees(np.arctan2(lab[..., 2], lab[..., 1]))
-    skin = like_skin(lab, tone)
-    skin |= (hue > _WARM[0]) & (hue < _WARM[1]) & (np.hypot(lab[..., 1], lab[..., 2]) > CHROMA)
+    skin = like_skin(lab, tone) | is_skin(lab)
     worn = np.zeros(shown.shape, bool)
     for number, side in enumerate(("left", "right")):
         hand, arm = (PARTS.index(f"{side}_{name}") for name in ("hand", "lower_arm"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.reconstruction.reading.skin import like_skin, photo_and_skin, within_mask
+from a2v.reconstruction.reading.skin import like_skin, photo_and_tone, within_mask
 from a2v.types import Body, Camera, IntArray, Subject
 
 _BARE_FEET = 0.85
@@ -28,7 +28,7 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
     shown : (h, w) int
         Part that the posed body shows on every `step`-th pixel; -1 for none.
     """
-    found = photo_and_skin(subject, shown.shape, step)
+    found = photo_and_tone(subject, shown.shape)
     if found is None:
         return False
     lab, tone = found

@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.reconstruction.palettes import clustered_colors, palette_distance
 from a2v.reconstruction.reading.record import HairSeen
-from a2v.reconstruction.reading.skin import lit_skin
+from a2v.reconstruction.reading.skin import face_tone
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 SHADE = np.array([0.35, 1.0, 1.0])
@@ -95,13 +95,13 @@ def head_colors(
         return None
     height, width = subject.mask.shape
     face = subject.face[:, :2].astype(np.float64)
-    column, row = np.clip(np.rint(face).astype(np.int64), 0, [width - 1, height - 1]).T
-    rows = min(max(rows, int(row.max()) + 1), height)
+    lowest = int(np.clip(np.rint(face[:, 1].max()), 0, height - 1))
+    rows = min(max(rows, lowest + 1), height)
     mask, sigma = subject.mask[:rows] > 0.5, max(blur * scale, 0.1)
     # the blur reads the rows within four deviations
     image = subject.image[: rows + int(np.ceil(4 * sigma)) + 1]
     lab = np.asarray(rgb2lab(cv2.GaussianBlur(image, (0, 0), sigma)[:rows]), np.float64)
-    tone = lit_skin(lab[row, column])
+    tone = face_tone(subject)
     if tone is None:
         return None
     row, columns = np.ogrid[:rows, :width]

@@ -7,7 +7,7 @@ import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
 from a2v.reconstruction.reading.shown import STEP, body_shown
-from a2v.reconstruction.reading.skin import lit_skin
+from a2v.reconstruction.reading.skin import face_tone
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _ALONG = np.linspace(0.3, 1.75, 88)
@@ -76,13 +76,10 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     """
     from skimage.color import rgb2lab
 
-    if subject.face is None:
-        return None
-    lab = np.asarray(rgb2lab(subject.image), np.float64)
-    column, row = np.rint(subject.face[:, :2]).astype(np.int64).T
-    tone = lit_skin(lab[np.clip(row, 0, len(lab) - 1), np.clip(column, 0, lab.shape[1] - 1)])
+    tone = face_tone(subject)
     if tone is None:
         return None
+    lab = np.asarray(rgb2lab(subject.image), np.float64)
     posed, rest = _axes(body)
     shown = _legs_shown(body, camera, subject)
     asked = [_colors(lab, shown, camera, points) for points in posed]

@@ -106,7 +106,7 @@ def place_arms(source: Source, reading: Reading) -> Reading:
 
 def find_gloves(source: Source, reading: Reading) -> Reading:
     """Find gloves on the hands."""
-    worn = gloves(source.subject, reading.arms, reading.shown, source.scale, STEP)
+    worn = gloves(source.subject, reading.arms, reading.shown, source.scale)
     return dataclasses.replace(reading, gloves=worn)
 
 
@@ -114,7 +114,7 @@ def find_skin(source: Source, reading: Reading) -> Reading:
     """Find the pixels with the skin of bare hands and face."""
     if reading.gloves is not None:
         return reading
-    return dataclasses.replace(reading, skin=bare_hands(source.subject, reading.arms, STEP))
+    return dataclasses.replace(reading, skin=bare_hands(source.subject, reading.arms))
 
 
 def tone_hands(source: Source, reading: Reading) -> Reading:

@@ -5,33 +5,74 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.reconstruction.palettes import lab_of
+from a2v.reconstruction.reading.shown import STEP
 from a2v.types import BoolArray, FloatArray, Subject
 
-_SKIN_HUES = (25.0, 85.0)
+_HUES = (25.0, 85.0)
 """Range of the hue of skin, degrees in CIELAB: reddish to yellow."""
-CHROMA = 8.0
-"""Smallest chroma of skin, CIELAB units."""
-_HUE = np.array([0.35, 1.0, 1.0])
+_CHROMA = 8.0
+"""Smallest chroma of skin, CIELAB units: gloves, hair and masks are grayer."""
+_WEIGHTS = np.array([0.35, 1.0, 1.0])
 """Weights of lightness, a and b: the light on hands differs from that on the face."""
 _LIKE = 15.0
 """Largest distance of skin from the color of the face, CIELAB units."""
+_FEW = 40
+"""Smallest number of vertices of hands that give the color of skin."""
+_LEAST = 10
+"""Smallest number of colors of skin that give a tone."""
+_SHARE = 0.25
+"""Smallest share of them."""
 
 
-def photo_and_skin(
-    subject: Subject, shape: tuple[int, ...], step: int
-) -> tuple[FloatArray, FloatArray] | None:
-    """The photo (h, w, 3) at every `step`-th pixel and the skin (3,) of its face, CIELAB; None if
-    this is not visible."""
+def is_skin(lab: FloatArray) -> BoolArray:
+    """Return which CIELAB colors (..., 3) have a hue of skin."""
+    hue = np.degrees(np.arctan2(lab[..., 2], lab[..., 1]))
+    colored = np.hypot(lab[..., 1], lab[..., 2]) > _CHROMA
+    return np.asarray((hue > _HUES[0]) & (hue < _HUES[1]) & colored)
+
+
+def like_skin(lab: FloatArray, tone: FloatArray) -> BoolArray:
+    """Return which CIELAB colors (..., 3) are like a tone (3,), in any light."""
+    return np.asarray(np.linalg.norm((lab - tone) * _WEIGHTS, axis=-1) < _LIKE)
+
+
+def tone_of(lab: FloatArray) -> FloatArray | None:
+    """Return the tone (3,) of the lighter half of the CIELAB colors (n, 3) that are skin; None if
+    there are few.
+
+    The darker half is hair and shadow.
+    """
+    skin = lab[is_skin(lab)]
+    if len(skin) < _LEAST or len(skin) < _SHARE * len(lab):
+        return None
+    return np.asarray(np.median(skin[skin[:, 0] >= np.median(skin[:, 0])], axis=0))
+
+
+def face_tone(subject: Subject) -> FloatArray | None:
+    """Return the tone (3,), CIELAB, of the face in the photo; None if that is not visible."""
     import cv2
-    from skimage.color import rgb2lab
 
     if subject.face is None:
         return None
+    height, width = (side // STEP for side in subject.mask.shape)
+    small = cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA)
+    column, row = (subject.face[:, :2] / STEP).astype(np.int64).T
+    pixels = small[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+    return tone_of(lab_of(pixels / 255.0))
+
+
+def photo_and_tone(
+    subject: Subject, shape: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray] | None:
+    """The photo (h, w, 3) at every `STEP`-th pixel and the tone (3,) of the face, CIELAB; None if
+    this is not visible."""
+    import cv2
+
+    tone = face_tone(subject)
+    if tone is None:
+        return None
     small = cv2.resize(subject.image, shape[::-1], interpolation=cv2.INTER_AREA)
-    lab = np.asarray(rgb2lab(small), np.float64)
-    column, row = (subject.face[:, :2] / step).astype(np.int64).T
-    tone = lit_skin(lab[np.clip(row, 0, shape[0] - 1), np.clip(column, 0, shape[1] - 1)])
-    return None if tone is None else (lab, tone)
+    return lab_of(small / 255.0), tone
 
 
 def within_mask(subject: Subject, shape: tuple[int, ...]) -> BoolArray:
@@ -40,26 +81,6 @@ def within_mask(subject: Subject, shape: tuple[int, ...]) -> BoolArray:
 
     small = cv2.resize(subject.mask.astype(np.float32), shape[::-1], interpolation=cv2.INTER_AREA)
     return np.asarray(small > 0.9)
-
-
-def like_skin(lab: FloatArray, tone: FloatArray) -> BoolArray:
-    """Which colors (..., 3), CIELAB, are like a tone (3,), in any light."""
-    return np.asarray(np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE)
-
-
-def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Return the tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin;
-    None if there are few.
-
-    The darker half is hair and shadow.
-    """
-    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-    skin = lab[
-        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > CHROMA)
-    ]
-    if len(skin) < 10 or len(skin) < 0.25 * len(lab):
-        return None
-    return np.asarray(np.median(skin[skin[:, 0] >= np.median(skin[:, 0])], axis=0))
 
 
 def head_box(
@@ -109,20 +130,10 @@ def seen_face(
     return face, np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else None
 
 
-def skin_like(color: FloatArray) -> bool:
-    """Return whether a color (3,) may be that of a face. Hair and masks in front of the cheeks are
-    too gray, and faces in green or blue light are too rare."""
-    _, a, b = lab_of(color)
-    return bool(np.hypot(a, b) > 5 and -10 < np.degrees(np.arctan2(b, a)) < 95)
-
-
 def skin_of_hands(colors: FloatArray) -> FloatArray | None:
-    """Return the color (3,) of the skin from the colors of the hands (n, 3).
-
-    None if these are too few, or the color of gloves: skin is reddish to yellow.
-    """
-    if len(colors) < 40:
+    """Return the color (3,) of the skin from the colors of the hands (n, 3), sRGB in [0, 1]; None
+    if these are too few, or the color of gloves."""
+    if len(colors) < _FEW:
         return None
     color = np.median(colors, axis=0)
-    _, a, b = lab_of(color)
-    return color if np.hypot(a, b) > 8 and 25 < np.degrees(np.arctan2(b, a)) < 80 else None
+    return color if is_skin(lab_of(color)) else None

@@ -193,7 +193,7 @@ def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None
     arms[PARTS.index("left_hand"), 120:140, 50:70] = True
     hands = np.zeros((2, 21, 4), np.float32)
     hands[0, :, 3] = 1
-    bare = bare_hands(dataclasses.replace(blank_subject(400, face=face), image=image), arms, 2)
+    bare = bare_hands(dataclasses.replace(blank_subject(400, face=face), image=image), arms)
     assert bare is not None
     assert bare[20:40, 90:110].all()
     assert not bare[150:].any()
@@ -203,7 +203,7 @@ def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None
         )
         is None
     )
-    assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms, 2) is None
+    assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms) is None
 
 
 GLOVE, TONE, ROOM = (30, 34, 44), (210, 160, 130), (150, 170, 190)
@@ -228,7 +228,7 @@ def _gloved(
     subject = dataclasses.replace(
         blank_subject(400, face=face), image=image, mask=np.ones((400, 400), np.float32)
     )
-    return gloves(subject, arms, shown, 200.0, 2), arms[PARTS.index("left_hand")]
+    return gloves(subject, arms, shown, 200.0), arms[PARTS.index("left_hand")]
 
 
 def test_hands_without_any_skin_wear_gloves() -> None:

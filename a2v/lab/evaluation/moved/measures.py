@@ -4,7 +4,7 @@ other parts, pictures from four sides."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,14 +185,15 @@ def compare_moved(
     """
     values = {}
     for pose, name in enumerate(POSES[: len(moved.vertices)]):
+        true = TrueLook.of(case, pose, settings)
         values[name] = _distances(case, moved, pose, settings)
         values[name]["torn"] = 100 * torn_share(
             moved.made, moved.vertices[pose], moved.character.surface.faces
         )
-        values[name] |= _pictures(case, moved, pose, settings)
+        values[name] |= _pictures(true, moved.surface(pose), settings)
         if name == T_POSE:
-            outer = outer_faces(moved.surface(pose))
-            values[name]["other"] = 100 * _other_colors(case, moved, pose, settings, outer)
+            made = moved.surface(pose)
+            values[name]["other"] = _other_colors(true, made, outer_faces(made), settings)
             values[name] |= _same_size(case, moved, pose, settings)
     return values
 
@@ -261,25 +262,49 @@ def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
 
 
+@dataclass(frozen=True, eq=False)
+class TrueLook:
+    """What the true person looks like in a pose.
+
+    Attributes
+    ----------
+    vertices : (V, 3)
+        Around which pictures are framed, meters.
+    points, colors : (N, 3)
+        Places on its surface, meters, and their colors, CIELAB.
+    pictures : sequence of colors (size, size, 3) and mask (size, size) bool
+        From each of `SIDES`.
+    """
+
+    vertices: FloatArray
+    points: FloatArray
+    colors: FloatArray
+    pictures: Sequence[tuple[FloatArray, BoolArray]]
+
+    @classmethod
+    def of(cls, case: MovedCase, pose: int, settings: MovedSettings) -> TrueLook:
+        """Look at the person of a case."""
+        vertices = case.vertices[pose]
+        true = dataclasses.replace(case.surface, vertices=vertices)
+        points, colors = colored_points(true, case.outer, settings.points, settings.seed + 1)
+        pictures = [_seen(true, vertices, turn, settings.size) for turn in SIDES.values()]
+        return cls(vertices, points, colors, pictures)
+
+
 def color_scores(
-    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings, outer: IntArray
+    true: TrueLook, made: Surface, outer: IntArray, settings: MovedSettings
 ) -> dict[str, float]:
-    """Other part's color (%), PSNR (dB) and SSIM in a pose; `outer` (n,) are the faces of the
-    character that are visible from outside (`outer_faces`)."""
-    other = 100 * _other_colors(case, moved, pose, settings, outer)
-    return {"other": other} | _pictures(case, moved, pose, settings)
+    """Other part's color (%), PSNR (dB) and SSIM of a character in the pose of the truth; `outer`
+    (n,) are its faces that are visible from outside (`outer_faces`)."""
+    other = _other_colors(true, made, outer, settings)
+    return {"other": other} | _pictures(true, made, settings)
 
 
-def _other_colors(
-    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings, outer: IntArray
-) -> float:
-    """Share of the visible surface of the character with the color of another part; the inside of
-    the mouth is left out of character and truth."""
-    surface = moved.surface(pose)
-    true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
-    mine, colors = colored_points(surface, outer, settings.colored, settings.seed)
-    theirs, truth = colored_points(true, case.outer, settings.points, settings.seed + 1)
-    return float(of_other_parts(mine, colors, theirs, truth).mean())
+def _other_colors(true: TrueLook, made: Surface, outer: IntArray, settings: MovedSettings) -> float:
+    """Share (%) of the visible surface of the character with the color of another part; the inside
+    of the mouth is left out of character and truth."""
+    mine, colors = colored_points(made, outer, settings.colored, settings.seed)
+    return 100 * float(of_other_parts(mine, colors, true.points, true.colors).mean())
 
 
 def outer_faces(surface: Surface) -> IntArray:
@@ -340,15 +365,12 @@ def colored_points(
     return np.asarray(points, np.float64), np.asarray(lab, np.float64)
 
 
-def _pictures(
-    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
-) -> dict[str, float]:
+def _pictures(true: TrueLook, made: Surface, settings: MovedSettings) -> dict[str, float]:
     """PSNR and SSIM over the union of both masks, means of four sides; unlit."""
-    true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
-    mine, scores = moved.surface(pose), []
-    for turn in SIDES.values():
-        pictures = [_seen(surface, true.vertices, turn, settings.size) for surface in (mine, true)]
-        scores.append(image_scores(pictures[0][0], pictures[1][0], pictures[0][1] | pictures[1][1]))
+    scores = []
+    for turn, (colors, mask) in zip(SIDES.values(), true.pictures, strict=True):
+        own, covered = _seen(made, true.vertices, turn, settings.size)
+        scores.append(image_scores(own, colors, covered | mask))
     psnr, ssim = np.mean(scores, axis=0)
     return {"psnr": float(psnr), "ssim": float(ssim)}
 

@@ -19,22 +19,25 @@ from a2v.lab.evaluation.moved.cases import MovedCase
 from a2v.lab.evaluation.moved.measures import (
     Moved,
     MovedSettings,
+    TrueLook,
     color_scores,
     move,
     outer_faces,
 )
 from a2v.reconstruction.canonical import Sight, canonical_person
-from a2v.reconstruction.coloring import ColorSettings
-from a2v.reconstruction.colorings import color_person
+from a2v.reconstruction.canonical.coloring import as_person, canonical_painting
+from a2v.reconstruction.coloring import STEPS, ColorSettings, Painting, finished
 from a2v.reconstruction.face import FaceSettings
 from a2v.reconstruction.reading import ReadingSettings, Source, read_photo
-from a2v.reconstruction.rules import READING
+from a2v.reconstruction.rules import BAKING, READING
 from a2v.types import IntArray, Reconstruction, Surface
 
 METRICS: Mapping[str, str] = {"other": "other part's color %", "psnr": "PSNR dB", "ssim": "SSIM"}
 """What is compared, in the T-pose."""
 CHANGED = 10 / 255
 """A vertex is changed if a channel of its color differs by more than this."""
+_SEEDED = "continue_materials"
+"""The first step that depends on the seed."""
 _STUDENT = {2: 12.71, 3: 4.30, 4: 3.18, 5: 2.78, 6: 2.57, 7: 2.45, 8: 2.36}
 """95 % quantile of Student's t for means of so many values."""
 
@@ -64,7 +67,8 @@ class Trial:
 
 
 class Bench:
-    """A person of one photo, colored again and again.
+    """A person of one photo, colored again and again. What comes before a rule is not computed
+    again.
 
     Parameters
     ----------
@@ -89,42 +93,67 @@ class Bench:
     ) -> None:
         self.name, self.sight, self.person = name, sight, person
         self.case, self.color, self.protocol = case, color, protocol
-        self._plain: dict[int, Surface] = {}
+        self._true = None if case is None else TrueLook.of(case, 0, protocol)
         self._moved: dict[str, tuple[Moved, IntArray]] = {}
+        self._plain: list[Surface] = []
+        painting = canonical_painting(person, [sight], color)
+        self._before = {}
+        for step in STEPS:
+            self._before[step.__name__] = painting
+            painting = step(painting)
 
     def trials(self, rules: Sequence[str], seeds: int) -> list[Trial]:
         """Color with all rules, and without each one. A rule that changes nothing with the first
         seed is not tried with the others."""
         found = []
+        first = self._before[_SEEDED]
         for seed in range(seeds):
-            self._plain[seed] = self._colored(self.person, self.sight, seed, "")
+            self._plain.append(self._finished(self.person, first, seed))
             found.append(self._trial("", seed, self._plain[seed]))
         for rule in rules:
-            sight, person = self._without(rule)
+            person, painting = self._without(rule)
             for seed in range(seeds):
-                off = "" if rule in READING else rule
-                trial = self._trial(rule, seed, self._colored(person, sight, seed, off))
+                trial = self._trial(rule, seed, self._finished(person, painting, seed))
                 found.append(trial)
                 if not trial.changed:
                     break
         return found
 
-    def _without(self, rule: str) -> tuple[Sight, Reconstruction]:
+    def _without(self, rule: str) -> tuple[Reconstruction, Painting]:
+        """Return the person without a rule, and its painting before the seeded step."""
+        names = [step.__name__ for step in STEPS]
+        settings = dataclasses.replace(self.color, without="" if rule in READING else rule)
+        person, sight, at = self.person, self.sight, names[0]
+        if rule in names or rule in BAKING:
+            at = min(rule, _SEEDED, key=names.index) if rule in names else _SEEDED
+            painting = dataclasses.replace(self._before[at], settings=settings)
+        else:
+            if rule in READING:
+                person, sight = self._read_without(rule)
+            if sight is self.sight and rule in READING:
+                return person, self._before[_SEEDED]
+            painting = canonical_painting(person, [sight], settings)
+        for step in STEPS[names.index(at) : names.index(_SEEDED)]:
+            painting = painting if step.__name__ in settings.off else step(painting)
+        return person, painting
+
+    def _read_without(self, rule: str) -> tuple[Reconstruction, Sight]:
         """Return the photo read without a rule, and the person built from it."""
         sight = self.sight
-        if rule not in READING:
-            return sight, self.person
         source = Source(sight.subject, sight.body, sight.camera, sight.person.surface)
         given = read_photo(source, ReadingSettings(without=rule).readers)
         if given.to_bytes() == sight.reading.to_bytes():
-            return sight, self.person
+            return self.person, sight
         sight = dataclasses.replace(sight, given=given)
         features = self.person.surface.provenance["features"]
-        return sight, canonical_person(sight, face=FaceSettings(features=features))
+        return canonical_person(sight, face=FaceSettings(features=features)), sight
 
-    def _colored(self, person: Reconstruction, sight: Sight, seed: int, off: str) -> Surface:
-        settings = dataclasses.replace(self.color, seed=seed, without=off)
-        return color_person(person, [sight], settings=settings)
+    def _finished(self, person: Reconstruction, painting: Painting, seed: int) -> Surface:
+        """Take the seeded step and all that follow."""
+        first = [step.__name__ for step in STEPS].index(_SEEDED)
+        settings = dataclasses.replace(painting.settings, seed=seed)
+        painting = dataclasses.replace(painting, settings=settings)
+        return as_person(person, painting, finished(painting, STEPS[first:]))
 
     def _trial(self, rule: str, seed: int, made: Surface) -> Trial:
         plain, changed = self._plain[seed], 1.0
@@ -138,18 +167,20 @@ class Bench:
         return Trial(self.name, rule, seed, self._scores(made), changed)
 
     def _scores(self, made: Surface) -> dict[str, float]:
-        if self.case is None:
+        if self.case is None or self._true is None:
             return {}
         assert made.standing is not None
         key = hashlib.sha256(made.standing.vertices.tobytes()).hexdigest()
         character = standing_character(made, self.sight.body)
         if key not in self._moved:
-            sight, case = self.sight, self.case
-            moved = move(case, character, sight.body, sight.camera, sight.subject, self.protocol, 1)
+            sight = self.sight
+            moved = move(
+                self.case, character, sight.body, sight.camera, sight.subject, self.protocol, 1
+            )
             self._moved[key] = moved, outer_faces(moved.surface(0))
         moved, outer = self._moved[key]
         moved = dataclasses.replace(moved, character=character)
-        return color_scores(self.case, moved, 0, self.protocol, outer)
+        return color_scores(self._true, moved.surface(0), outer, self.protocol)
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,10 @@ from a2v.formats.conventions import (
     y_up_rotmat,
 )
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
-from a2v.kinematics.names import canonical_joints
+from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.orientations import rotmats_to_chain
 from a2v.kinematics.skeleton import Skeleton
+from a2v.kinematics.understand import understand
 from a2v.types import FloatArray, Motion
 
 
@@ -89,6 +90,9 @@ def motion_of(
         The skeleton is not a person's, or has no size.
     """
     tree = _merge(file)
+    if person and missing_joints(tree.canonical):
+        file = _understood(file, tree)
+        tree = _merge(file)
     notes = list(file.notes)
     if person and (above := tree.above_pelvis()):
         tree = tree.from_pelvis()
@@ -119,6 +123,44 @@ def motion_of(
     skeleton = known or skeleton_of("custom", tree.parents, tree.names)
     motion = _motion(tree, posed, skeleton, fps=file.fps)
     return dataclasses.replace(motion, action=action, provenance={**told, **(facts or {})})
+
+
+def _understood(file: Recording, tree: _Tree) -> Recording:
+    """Return a recording whose joints have canonical names, by the shape of its skeleton and with
+    added ends of arms where need be; the same one if it is no person's."""
+    heads = np.zeros_like(tree.offsets)
+    for joint, parent in enumerate(tree.parents):
+        if parent >= 0:
+            heads[joint] = heads[parent] + tree.offsets[joint]
+    found = understand(tree.names, tree.parents, heads)
+    if found is None:
+        return file
+    bones = [
+        dataclasses.replace(bone, name=f"other_{place}") for place, bone in enumerate(file.bones)
+    ]
+    local, world, rotmats = file.local, file.world, file.rotmats
+    keep = [*tree.keep]
+    for joint, name in enumerate(found.names):
+        if joint < len(tree.keep):
+            bones[keep[joint]].name = name
+            continue
+        above = keep[found.parents[joint]]
+        way = found.heads[joint] - found.heads[found.parents[joint]]
+        keep.append(len(bones))
+        bones.append(Bone(name, above, bones[above].line))
+        local = np.concatenate([local, np.broadcast_to(way, local[:, :1].shape)], axis=1)
+        place = world[:, above] + rotmats[:, above] @ way
+        world = np.concatenate([world, place[:, None]], axis=1)
+        rotmats = np.concatenate([rotmats, rotmats[:, above, None]], axis=1)
+    return dataclasses.replace(
+        file,
+        bones=bones,
+        local=local,
+        world=world,
+        rotmats=rotmats,
+        known=False,
+        notes=(*file.notes, *found.notes),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

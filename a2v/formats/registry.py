@@ -29,7 +29,7 @@ from a2v.formats.recording import motion_of
 from a2v.formats.smpl import read_smpl_motion
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
-from a2v.io import open_file
+from a2v.io import open_file, reading
 from a2v.kinematics.resample import resample_motion
 from a2v.props import Props
 from a2v.types import Character, Motion
@@ -98,7 +98,7 @@ class CharacterFormat:
 
 def _read_arrays(path: Path, action: str, _: str) -> Motion:
     """Read our own ``.npz``, or arrays of other tools."""
-    with open_file(path) as stream:
+    with open_file(path) as stream, reading(path, "readable .npz"):
         ours = is_zipfile(stream) and "joint_names.npy" in ZipFile(stream).namelist()
     return Motion.load(path) if ours else read_smpl_motion(path, action=action)
 

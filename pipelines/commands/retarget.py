@@ -10,7 +10,8 @@ from typing import Any
 from a2v.animation import RetargetSettings
 from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
-from a2v.formats.gltf.people import read_person, write_person
+from a2v.formats.gltf.people import read_person, write_map_of
+from a2v.formats.gltf.person_clips import write_person
 from a2v.formats.registry import read_motion, readable_motions
 from a2v.io import say
 from a2v.motion.edit import Edit, edited
@@ -36,24 +37,29 @@ EXAMPLES = """examples:
   a2v retarget --character theirs.glb --motions dance.bvh --in-place --out moving.glb
   a2v retarget --character theirs.fbx --actions Walk,Run --out clips.fbx
 
-The character must stand upright in its file. Its bones need names of Mixamo, Sketchfab, VRM, Unreal, Unity, Rigify, Character Creator, Daz or other
-common tools, or a .vrm's own list of bones. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
+The character must stand in its file. Its bones are found by names of Mixamo, Sketchfab, VRM, Unreal, Unity, Rigify, Character Creator, Daz and other
+tools, by a .vrm's own list, or by their shape; --bone-map bones.txt writes what was found, to be corrected. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
 An .fbx keeps PNG and JPEG pictures of color, normals and emission, embedded or in its folder; other properties of its materials are lost."""
 
-SUFFIXES = (".glb", ".vrm", ".fbx")
-"""Suffixes of files that can be read and written."""
+SUFFIXES = (".glb", ".gltf", ".vrm", ".fbx")
+"""Suffixes of files that can be read; a .gltf is written as .glb, with its parts inside."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """Options of the command."""
 
-    character: str = option("your character: a skinned .glb, .vrm or .fbx", metavar="FILE")
-    out: str = option("file to write, with the same suffix as --character")
+    character: str = option("your character: a skinned .glb, .gltf, .vrm or .fbx", metavar="FILE")
+    out: str = option("file to write, with the suffix of --character (.glb for a .gltf)")
+    bone_map: str | None = option(
+        "table of the bones and their joints; a file that does not exist is written, to be edited",
+        default=None,
+        metavar="FILE",
+    )
     action: str = option(ACTION, default="")
     actions: str = option("actions, separated by commas; each becomes an animation", default="")
     motions: str = option(
-        f"motion files, separated by commas ({readable_motions(', ')}); each becomes an animation",
+        f"motion files, separated by commas ({readable_motions(', ')}; FILE#CLIP for one of several); each becomes an animation",
         default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
@@ -72,8 +78,9 @@ def run(options: Options) -> Answer:
             raise InputError(
                 f"cannot use {path}; expected a name that ends in {', '.join(SUFFIXES)}"
             )
-    if source.suffix.lower() != target.suffix.lower():
-        raise InputError(f"cannot write {target}; expected the suffix of {source}")
+    suffix = {".gltf": ".glb"}.get(source.suffix.lower(), source.suffix.lower())
+    if target.suffix.lower() != suffix:
+        raise InputError(f"cannot write {target}; expected a name that ends in {suffix}")
     wanted = _wanted(options)
     check_writable(target.parent)
     with tempfile.TemporaryDirectory() as folder:
@@ -94,7 +101,15 @@ def _retarget(
             f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside "
             f"{source.name} or beside it"
         )
-    person = read_person(folder / "in.glb" if is_fbx else source, name=source)
+    read = folder / "in.glb" if is_fbx else source
+    if options.bone_map is not None and not Path(options.bone_map).exists():
+        write_map_of(read, options.bone_map, name=source)
+        return Answer(
+            files=[Path(options.bone_map)],
+            notes=["these are the bones as they were understood; correct the table and run again"],
+        )
+    person = read_person(read, name=source, bone_map=options.bone_map)
+    notes += person.notes
     if person.odd:
         odd = ", ".join(
             person.body.bone_names[bone] or "a nameless bone" for bone in person.odd[:4]

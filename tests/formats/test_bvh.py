@@ -182,6 +182,11 @@ def line_of(text: str, needle: str) -> int:
     return next(i for i, line in enumerate(text.split("\n"), start=1) if needle in line)
 
 
+def upside_down_leg(text: str) -> str:
+    """The text of `tiny` without the shape of a person."""
+    return text.replace("OFFSET 0 -40.0 0", "OFFSET 0 40.0 0")
+
+
 def broken() -> dict[str, tuple[str, str, str]]:
     """Case: (text, part of the line that is at fault or its number, part of the message)."""
     good = tiny()
@@ -220,7 +225,7 @@ def broken() -> dict[str, tuple[str, str, str]]:
             "zero length",
         ),
         "unknown joints": (
-            good.replace("LeftLeg", "Blob").replace("LeftForeArm", "Blub"),
+            upside_down_leg(good).replace("LeftLeg", "Blob").replace("LeftForeArm", "Blub"),
             "ROOT Hips",
             "unknown joints: no left knee, left elbow",
         ),
@@ -338,6 +343,7 @@ def test_an_upper_body_is_called_that() -> None:
     for name in ("UpLeg", "Leg", "Foot"):
         for side in ("Left", "Right"):
             text = text.replace(f"JOINT {side}{name}", f"JOINT Cable{side}{name}x")
+    text = text.replace("OFFSET 0 -40.0 0", "OFFSET 0 4 0")
     with pytest.raises(InputError, match="upper body"):
         read_bvh(text)
 
@@ -395,8 +401,9 @@ def test_missing_file_and_folder_and_suffix(tmp_path: Path) -> None:
 
 def test_any_skeleton_on_request(tmp_path: Path) -> None:
     text = tiny().replace("Left", "A").replace("Right", "B")
+    assert "by their shape" in read_bvh(text).provenance["notes"][0]
     with pytest.raises(InputError, match="unknown joints"):
-        read_bvh(text)
+        read_bvh(upside_down_leg(text))
     assert "AUpLeg" in read_bvh(text, person=False).joint_names
 
 

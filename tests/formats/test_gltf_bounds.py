@@ -13,7 +13,8 @@ import pytest
 from a2v.animation import retarget
 from a2v.errors import InputError
 from a2v.formats.gltf import bounds, read_glb
-from a2v.formats.gltf.people import read_person, write_person
+from a2v.formats.gltf.people import read_person
+from a2v.formats.gltf.person_clips import write_person
 from a2v.types import Motion
 from tests.support.glb import glb
 from tests.support.hostile import owes_a_sentence

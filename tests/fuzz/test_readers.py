@@ -21,7 +21,8 @@ from a2v.body.smpl import JOINTS, SmplModel
 from a2v.formats import read_bvh, read_motion, write_bvh
 from a2v.formats.arrays_pickle import read_arrays_pickle
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
-from a2v.formats.gltf.people import read_person, write_person
+from a2v.formats.gltf.people import read_person
+from a2v.formats.gltf.person_clips import write_person
 from a2v.kinematics import CMU
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.liquid_warp import read_face_texture

@@ -25,7 +25,8 @@ from a2v.footage.reading import open_reel
 from a2v.formats import read_motion
 from a2v.formats.fbx import fbx_to_glb
 from a2v.formats.gltf import read_glb
-from a2v.formats.gltf.people import read_person, write_person
+from a2v.formats.gltf.people import read_person
+from a2v.formats.gltf.person_clips import write_person
 from a2v.io import read_npz
 from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.survey_answers import read_key

@@ -11,8 +11,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.formats.conventions import Bone
+from a2v.formats.gltf.armatures import bone_nodes, humanoid, parents_among
 from a2v.formats.gltf.compression import plain
-from a2v.formats.gltf.people import bone_nodes, humanoid
 from a2v.formats.gltf.reading import Gltf, decomposed, node_name, read_glb
 from a2v.formats.recording import Recording
 from a2v.io import brief, reading
@@ -71,7 +71,7 @@ def _read(file: Gltf, clip: str) -> Recording:
     nodes, names = _person(file, chosen)
     times, fps = chosen.frames(file, len(nodes))
     world, rest = _world(file, chosen, nodes, times)
-    parents = _parents_among(file, nodes)
+    parents = parents_among(nodes, file.node_matrices()[1]).tolist()
     frames, count = len(times), len(nodes)
     turned = np.tile(np.eye(3), (frames, count, 1, 1))
     for place in range(count):
@@ -241,7 +241,7 @@ def _person(file: Gltf, chosen: _Animation) -> tuple[tuple[int, ...], list[str]]
         human.get(node, f"other{place}" if human else node_name(every[node]))
         for place, node in enumerate(nodes)
     ]
-    parents = _parents_among(file, nodes)
+    parents = parents_among(nodes, file.node_matrices()[1]).tolist()
     roots = [place for place, parent in enumerate(parents) if parent < 0]
     trees = {root: [root] for root in roots}
     top = list(range(len(nodes)))
@@ -253,19 +253,6 @@ def _person(file: Gltf, chosen: _Animation) -> tuple[tuple[int, ...], list[str]]
     best = max(roots, key=lambda root: (len(found & set(trees[root])), len(trees[root])))
     kept = trees[best]
     return tuple(nodes[place] for place in kept), [names[place] for place in kept]
-
-
-def _parents_among(file: Gltf, nodes: tuple[int, ...]) -> list[int]:
-    """Return for each of `nodes` the index of its nearest ancestor among them, -1 for none."""
-    above = file.node_matrices()[1]
-    known = {one: place for place, one in enumerate(nodes)}
-    found = []
-    for node in nodes:
-        at = above[node]
-        while at >= 0 and at not in known:
-            at = above[at]
-        found.append(known.get(at, -1))
-    return found
 
 
 def _world(

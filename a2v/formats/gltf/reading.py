@@ -24,6 +24,7 @@ from a2v.formats.gltf.bounds import (
     excess,
     parse_gltf,
 )
+from a2v.formats.gltf.parts import join_parts
 from a2v.geometry.polar import nearest_rotations
 from a2v.io import brief, read_bytes, shorten
 from a2v.kinematics import rotmat_to_quat
@@ -268,7 +269,7 @@ def decomposed(matrices: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
 
 
 def read_glb(path: str | os.PathLike[str]) -> Gltf:
-    """Read the container of a binary glTF 2.0 file.
+    """Read the container of a binary glTF 2.0 file, or a ``.gltf`` with its parts beside it.
 
     Raises
     ------
@@ -279,6 +280,12 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
     source = Path(path)
     data = read_bytes(source, limit=MAX_FILE_BYTES)
     empty = Gltf(source, {}, b"")
+    if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"{":
+        try:
+            content, binary = join_parts(source, parse_gltf(data), MAX_FILE_BYTES)
+        except ValueError as error:
+            raise empty.fail(shorten(error, 300)) from None
+        return _bounded(Gltf(source, content, binary))
     if len(data) < 20 or data[:4] != b"glTF" or struct.unpack_from("<I", data, 4)[0] != 2:
         raise empty.fail("is no binary glTF 2.0")
     chunks: dict[bytes, bytes] = {}
@@ -293,7 +300,11 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
         content = parse_gltf(chunks.get(b"JSON", b""))
     except ValueError as error:
         raise empty.fail(f"has unusable JSON ({shorten(error)})") from None
-    file = Gltf(source, content, chunks.get(b"BIN\0", b""))
+    return _bounded(Gltf(source, content, chunks.get(b"BIN\0", b"")))
+
+
+def _bounded(file: Gltf) -> Gltf:
+    """Return the file if nothing in it is used too often."""
     if problem := excess(*(file.items(kind) for kind in ("nodes", "skins", "meshes"))):
         raise file.fail(problem)
     return file

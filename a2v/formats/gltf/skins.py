@@ -13,11 +13,11 @@ from a2v.types import FloatArray, IntArray
 
 
 def read_skin(
-    file: Gltf, world: FloatArray, nodes: tuple[int, ...]
+    file: Gltf, world: FloatArray, owners: Mapping[int, int], bones: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Read all skinned meshes in the pose and the units of the file: vertices (n, 3) float64, faces
-    (f, 3) and weights (n, B) float32 of the bones."""
-    place = {node: number for number, node in enumerate(nodes)}
+    """Read the skinned meshes of a person in the pose and the units of the file: vertices (n, 3)
+    float64, faces (f, 3) and weights (n, bones) float32. `owners` are the bones of the person by
+    their nodes; skins without any of them are others'."""
     points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
     count = 0
     for node in file.items("nodes"):
@@ -25,10 +25,10 @@ def read_skin(
             continue
         skin = file.item("skins", node["skin"])
         joints = file.joints(skin)
-        owners, matrices = (
-            np.array([place[joint] for joint in joints]),
-            world[joints] @ _inverse_bind(file, skin, len(joints)),
-        )
+        if joints[0] not in owners:
+            continue
+        own = np.array([owners[joint] for joint in joints])
+        matrices = world[joints] @ _inverse_bind(file, skin, len(joints))
         primitives = file.item("meshes", node["mesh"]).get("primitives")
         for primitive in primitives if isinstance(primitives, list) else []:
             attributes = primitive.get("attributes") if isinstance(primitive, dict) else None
@@ -38,18 +38,16 @@ def read_skin(
             ):
                 continue
             most = count + file.count(attributes["POSITION"])
-            if most * len(nodes) > MAX_WEIGHTS or most > MAX_VERTICES:
+            if most * bones > MAX_WEIGHTS or most > MAX_VERTICES:
                 raise file.fail(
-                    f"has {most} vertices and {len(nodes)} bones or more; expected at most "
+                    f"has {most} vertices and {bones} bones or more; expected at most "
                     f"{MAX_VERTICES} vertices, and a product of at most {MAX_WEIGHTS}"
                 )
-            made, (bones, shares) = _posed(file, attributes, matrices)
+            made, (moving, shares) = _posed(file, attributes, matrices)
             points.append(made)
             faces.append(count + _triangles(file, primitive, len(made)))
-            rows = np.zeros((len(made), len(nodes)), np.float32)
-            np.add.at(
-                rows, (np.arange(len(made))[:, None], owners[bones]), shares.astype(np.float32)
-            )
+            rows = np.zeros((len(made), bones), np.float32)
+            np.add.at(rows, (np.arange(len(made))[:, None], own[moving]), shares.astype(np.float32))
             weights.append(rows)
             count += len(made)
     if not points or count < 3:

@@ -60,6 +60,14 @@ def stage_script() -> str:
     return Path(__file__).with_name("stage.js").read_text(encoding="utf-8")
 
 
+@functools.lru_cache(maxsize=1)
+def speech_script() -> str:
+    """Return a script that defines ``makeSpeech``, which moves the mouth of a character, and
+    ``VISEMES``, its table."""
+    script = Path(__file__).with_name("speech.js").read_text(encoding="utf-8")
+    return f"{script}\nconst VISEMES = {json.dumps(_visemes())};\n"
+
+
 def write_page(
     path: str | os.PathLike[str],
     character: bytes | str | os.PathLike[str],

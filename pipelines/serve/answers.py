@@ -13,6 +13,7 @@ from starlette.responses import FileResponse, Response
 
 from a2v.errors import printable
 from pipelines.serve.records import Job, Photo
+from pipelines.stages import said
 
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
@@ -62,7 +63,7 @@ def public(item: Photo | Job) -> dict[str, Any]:
     """Return the record of a photo or job without its digests, as the page gets it."""
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
-        facts["wish"] = item.wish.said()
+        facts |= {"wish": item.wish.said(), "title": said(item.wish.action)}
     for name in ("digest", "clip_digest"):
         facts.pop(name, None)
     return facts

@@ -18,7 +18,7 @@ from pipelines.serve.wishes import Wish
 
 SAMPLE = "sample"
 """Identity of the sample person, whom the page ships."""
-FORMATS = (".glb", ".fbx", ".usdz", ".vrm", ".html", ".bvh", ".npz")
+FORMATS = (".glb", ".fbx", ".usdz", ".html", ".bvh", ".npz")
 """Formats of files for other tools that the page offers; the last two hold a motion alone."""
 
 

@@ -35,6 +35,7 @@ from pipelines.serve.records import MASK, PERSON, SHOWN, Job, Library, Photo
 from pipelines.serve.stages import STAGES
 from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
+from pipelines.serve.words import for_page
 from pipelines.stages import title_of
 
 VIEWER = "three.js"
@@ -155,7 +156,7 @@ class Handlers:
                 "photos": photos,
                 "jobs": jobs,
                 "damaged": len(self._library.damaged),
-                "problem": printable(self._library.problem),
+                "problem": for_page(printable(self._library.problem)),
             }
         )
 

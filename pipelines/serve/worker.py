@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
     from a2v.types import Subject
 
+CLEAR = 0.5
+"""Confidence from which a landmark counts as seen."""
+LEAST_CLEAR = 6
+"""Number of landmarks that have to be seen."""
 Make = Callable[[VideoRequest, str, RunOptions], object]
 """``a2v video``: the request, the folder, and how to run."""
 
@@ -90,6 +94,11 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     parameters = photo_parameters(store, folder / ORIGINAL, corrections=saved(folder))
     outcome = run("subject", executor="serial", store=store, **parameters)
     subject = outcome.get("subject", Subject)
+    if (clear := int((subject.keypoints[:, 2] > CLEAR).sum())) < LEAST_CLEAR:
+        raise InputError(
+            f"the person in this photo is not clear enough ({clear} of {len(subject.keypoints)} "
+            "points of the body are seen); choose a photo that shows one person whole"
+        )
     if not folder.is_dir():
         raise InputError("the photo was removed")
     with atomic_path(folder / MASK) as temporary:

@@ -31,7 +31,7 @@ export class Clip {
   show(photo) {
     const has = Boolean(photo && photo.clip);
     byId("clip-use").hidden = byId("clip-remove").hidden = !has;
-    byId("clip-use").textContent = has ? `Do what happens in ${photo.clip_title}${photo.clip_seconds ? ` (${duration(photo.clip_seconds)})` : ""}` : "";
+    byId("clip-use").textContent = has ? `Do what happens in ${photo.clip_title} (${duration(photo.clip_seconds || 1)})` : "";
     byId("clip-use").onclick = () => this.use(photo.clip_title);
   }
 }

@@ -3,7 +3,7 @@ import { ask, byId, make, say, size } from "./tools.js";
 
 const TABS = { Clip: "clip", Film: "film", Person: "person", Motion: "motion", "Share page": "share" };
 const FORMATS = [
-  [".glb", "Blender, Unity, Godot, browsers (GLB)"], [".fbx", "Unreal, Maya, 3ds Max (FBX)"], [".usdz", "iPhone, iPad, Apple's tools (USDZ)"], [".vrm", "avatars in VRChat, VTuber programs (VRM)"],
+  [".glb", "Blender, Unity, Godot, browsers (GLB)"], [".fbx", "Unreal, Maya, 3ds Max (FBX)"], [".usdz", "iPhone, iPad, Apple's tools (USDZ)"],
 ];
 const MOTIONS = [[".bvh", "Blender, MotionBuilder, Maya (BVH)"], [".npz", "Python (NumPy)"]];
 const RIGS = { anny: "as made here", mixamo: "Mixamo", unreal: "Unreal", unity: "Unity", vrm: "VRM", rigify: "Rigify (Blender)", talkinghead: "TalkingHead", godot: "Godot" };

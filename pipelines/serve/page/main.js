@@ -58,6 +58,7 @@ async function send(address, how) {
     choose(photo.id);
     poll();
   } catch (error) { refuse(error.message); }
+  byId("doing").textContent = "";
   document.body.classList.remove("busy");
   return photo;
 }
@@ -342,12 +343,12 @@ async function begin() {
   document.body.dataset.ready = "yes";
   loadFigures().then(() => gallery.tick());
 }
-await loadViewer().then(() => {
+loadViewer().then(() => {
   stage = new Stage(byId("stage"), showPlay);
   stage.look = byId("light").value;
   showPlay();
-  window.dispatchEvent(new Event("stage"));
+  drawn = "";
+  showPeople();
 }).catch(error => say(byId("problem"), `This browser cannot show the stage: ${error.message}. Films and files can be made all the same.`));
-drawn = "";
 showPeople();
 begin();

@@ -2,7 +2,7 @@
 const BLEND = 0.35;  // seconds from one motion to the next
 const FOLLOW = 18;  // share per second of the way to the newest pose of the live camera
 const FAR = 16;  // meters from the middle after which everything is moved back, by whole squares of the ground
-const HOME = { azimuth: 22, elevation: 7, distance: 4.6 };
+const HOME = { azimuth: 22, elevation: 7, distance: 4.9 };
 const still = matchMedia("(prefers-reduced-motion: reduce)"), night = matchMedia("(prefers-color-scheme: dark)");
 
 /** Where the numbers of a clip lead: bones' quaternions, the first bone's place, and the face. */
@@ -38,6 +38,7 @@ export class Stage {
     this.changed = changed;
     this.view = { ...HOME };
     this.close = false;
+    this.facing = 0;
     this.running = !still.matches;
     this.pose = { quats: new Float32Array(0), place: [0, 0.9, 0], face: {} };
     this.acts = [];
@@ -52,9 +53,8 @@ export class Stage {
   }
 
   begin() {
-    const renderer = this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-    const told = renderer.getContext().getExtension("WEBGL_debug_renderer_info");
-    this.weak = /swiftshader|llvmpipe|software/i.test(told ? renderer.getContext().getParameter(told.UNMASKED_RENDERER_WEBGL) : "");
+    this.weak = drawnByProcessor();
+    const renderer = this.renderer = new THREE.WebGLRenderer({ antialias: !this.weak, preserveDrawingBuffer: true });
     renderer.outputEncoding = THREE.sRGBEncoding;
     renderer.toneMapping = THREE.ACESFilmicToneMapping;
     renderer.toneMappingExposure = 1.05;
@@ -93,17 +93,17 @@ export class Stage {
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
     floor.material.depthWrite = false;
-    this.contact = new THREE.Mesh(new THREE.PlaneGeometry(1.3, 1.3), new THREE.MeshBasicMaterial({ map: blot(), transparent: true, opacity: 0.5, depthWrite: false }));
+    this.contact = new THREE.Mesh(new THREE.PlaneGeometry(0.9, 0.9), new THREE.MeshBasicMaterial({ map: blot(), transparent: true, opacity: 0.4, depthWrite: false }));
     this.contact.rotation.x = -Math.PI / 2;
     this.contact.position.y = 0.002;
-    this.light = new THREE.GridHelper(80, 80, 0x9aa3ab, 0xb6bec5);
+    this.light = new THREE.GridHelper(80, 80, 0x8a949d, 0xa9b2ba);
     this.dark = new THREE.GridHelper(80, 80, 0x46505a, 0x343d46);
     this.light.position.y = this.dark.position.y = -0.002;
     this.way = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0x2f7de1, linewidth: 3 }));
     this.way.position.y = 0.01;
     scene.add(floor, this.contact, this.light, this.dark, this.way);
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.05, 120);
-    this.center = new THREE.Vector3(0, 0.95, 0);
+    this.center = new THREE.Vector3(0, 0.86, 0);
     const dress = () => {
       scene.background.set(getComputedStyle(this.element).backgroundColor);
       scene.fog.color.copy(scene.background);
@@ -312,6 +312,8 @@ export class Stage {
   card(photo, mask = "") {
     this.clearShapes();
     if (this.model) this.model.visible = false;
+    Object.assign(this.view, { azimuth: 0, elevation: 4 });
+    this.facing = 0;
     const height = 1.9, board = new THREE.Group(), width = height * photo.width / photo.height;
     const layer = (address, z) => {
       const plane = new THREE.Mesh(new THREE.PlaneGeometry(width, height), new THREE.MeshBasicMaterial({ transparent: true, side: THREE.DoubleSide, toneMapped: false }));
@@ -382,7 +384,9 @@ export class Stage {
     center.x += (x - center.x) * share;
     center.z += (z - center.z) * share;
     this.contact.position.set(x, 0.002, z);
-    const a = view.azimuth * Math.PI / 180, e = view.elevation * Math.PI / 180, wide = Math.max(1, 0.62 / camera.aspect);
+    const last = this.acts[this.acts.length - 1], off = last ? Math.atan2(Math.sin(last.heading - this.facing), Math.cos(last.heading - this.facing)) : 0;
+    this.facing += off * (1 - Math.exp(-3 * passed));  // the camera goes round to where the person began to face
+    const a = view.azimuth * Math.PI / 180 + this.facing, e = view.elevation * Math.PI / 180, wide = Math.max(1, 0.62 / camera.aspect);
     const head = this.close && this.skull ? this.skull.getWorldPosition(new THREE.Vector3()) : null, aim = head || center;
     camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(view.distance * wide * (head ? 0.24 : 1)).add(aim);
     camera.position.y = Math.max(camera.position.y, 0.05);
@@ -395,6 +399,14 @@ export class Stage {
     this.frames = (this.frames || 0) + 1;
     this.element.dataset.frames = this.frames;
   }
+}
+
+/** Whether the browser draws without a graphics card. */
+function drawnByProcessor() {
+  const context = document.createElement("canvas").getContext("webgl"), told = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+  if (context && context.getExtension("WEBGL_lose_context")) context.getExtension("WEBGL_lose_context").loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }
 
 const UP = { x: 0, y: 1, z: 0 };

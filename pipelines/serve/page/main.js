@@ -17,6 +17,7 @@ const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let choices = null, state = { photos: [], jobs: [] }, stage = null;
 let chosen = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
+let answered = false;  // whether the server has told its state
 let onStage = "";  // whose person stands on the stage
 let formed = "";  // which stages of which photo were shown
 
@@ -65,6 +66,7 @@ async function send(address, how) {
 
 let drawn = "";
 function showPeople() {
+  if (!answered && chosen !== SAMPLE) return;  // the server has not told yet who is here
   if (chosen !== SAMPLE && !photoOf(chosen)) chosen = SAMPLE;
   const now = JSON.stringify([chosen, state.photos]);
   if (now === drawn) return;
@@ -195,7 +197,6 @@ async function perform(wish = performance_.wish(), hovering = false) {
   if (!hovering) { say(problem, ""); stage && stage.showPath(performance_.path.length ? performance_.path : []); }
   if (!stage || !acting()) return;
   if (!wish) { byId("doing").textContent = ""; if (stage.acting !== stage.waiting) stage.wait(); return; }
-  const begun = performance.now();
   byId("stage").setAttribute("aria-busy", "true");
   if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
   try {
@@ -204,12 +205,12 @@ async function perform(wish = performance_.wish(), hovering = false) {
     if (!hovering) stage.plays = true;
     stage.act(motion);
     byId("doing").textContent = hovering ? "" : performance_.words();
-    document.body.dataset.answered = Math.round(performance.now() - begun);
+    document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
   } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }
   byId("stage").removeAttribute("aria-busy");
 }
 
-const gallery = new Gallery(byId("actions"), entry => performance_.add(entry, byId("append").checked), entry => {
+const gallery = new Gallery(byId("actions"), entry => { clearTimeout(gallery.timer); performance_.add(entry, byId("append").checked); }, entry => {
   clearTimeout(gallery.timer);
   if (still.matches || !byId("hover").checked || !stage || !stage.plays) return;
   if (entry) gallery.timer = setTimeout(() => perform(performance_.alone(entry), true), HOVER);
@@ -310,6 +311,7 @@ async function poll() {
     const found = await ask("api/state");
     if (own !== asked) return;
     state = found;
+    answered = true;
     byId("lost").hidden = true;
     showPeople();
     films.show(state.jobs, photoOf);

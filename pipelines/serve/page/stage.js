@@ -391,6 +391,8 @@ export class Stage {
     camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(view.distance * wide * (head ? 0.24 : 1)).add(aim);
     camera.position.y = Math.max(camera.position.y, 0.05);
     camera.lookAt(aim);
+    const low = Math.min(0.09, 46 / this.element.clientHeight);  // the controls cover the lower edge
+    camera.setViewOffset(this.element.clientWidth, this.element.clientHeight, 0, low * this.element.clientHeight * 0.6, this.element.clientWidth, this.element.clientHeight);
     this.sun.target.position.set(center.x, 0.9, center.z);
     this.sun.position.set(center.x + 1.9, 4.9, center.z + 2.8);
     this.rim.target.position.copy(this.sun.target.position);

@@ -3,8 +3,8 @@
     python scripts/make_page_film.py [--photo P] [--cache FOLDER] [--folder KEEP]
 
 Chromium uses the page as `benchmarks.first_use` does: it opens the page, chooses the photo of the
-sample person and presses "Make the video". ``page.webp`` shows the page during that time, faster
-than it was. Without remembered results it takes minutes. The photo is rendered from an avatar: nobody real.
+sample person and presses an action. ``page.webp`` shows the page during that time, faster than it
+was. Without remembered results it takes minutes. The photo is rendered from an avatar: nobody real.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ WIDTH = 760
 """Width of ``page.webp`` in pixels."""
 FPS = 5.0
 """Frames per second of ``page.webp``."""
-HELD = {"page is ready": 7, "photo is shown": 5, "character moves": 0, "clip": 3}
+HELD = {"sample person moves": 7, "photo is shown": 3, "person is alive": 5, "person acts": 0}
 """Number of frames for which ``page.webp`` holds each new state of the page."""
-SHARE = {"looking": 3, "body": 4, "surface": 3, "textured": 3, "moving": 3, "rendering": 20}
+SHARE = {"looking": 4, "body": 5, "surface": 5, "textured": 5, "moving": 5, "acting": 3}
 """Number of frames of ``page.webp`` for each wait."""
 AFTER = 14
-"""Number of frames at the end: the finished video plays."""
+"""Number of frames at the end: the person acts."""
 ARROW = ((0, 0), (0, 26), (7, 20), (12, 31), (17, 29), (12, 18), (21, 18))
 """Outline of the drawn mouse pointer, in pixels of the window."""
 
@@ -58,7 +58,7 @@ class Film:
 
     def watch(self, doing: str) -> None:
         """Take a screenshot if the last one is a while ago."""
-        often = 0.9 if doing == "rendering" else 0.35
+        often = 0.35
         if doing in HELD or time.perf_counter() - self.last > often:
             with Image.open(io.BytesIO(self.page.screenshot())) as shot:
                 self.seen.append((doing, np.asarray(shot.convert("RGB"))))
@@ -135,10 +135,10 @@ def main() -> None:
 
             def watch(doing: str) -> None:
                 film.watch(doing)
-                if doing == "page is ready":
-                    clicks[doing] = center(page, "#drop")
-                if doing == "photo is shown":
-                    clicks[doing] = center(page, "#make")
+                if doing == "sample person moves":
+                    clicks[doing] = center(page, "label[for=file]")
+                if doing == "person is alive":
+                    clicks[doing] = center(page, "#actions button >> nth=1")
 
             for event in use(page, address, server, given.photo, watch):
                 print(event)

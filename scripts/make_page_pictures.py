@@ -1,11 +1,10 @@
 """Make the first pictures of the page of `a2v serve`: a stick figure for every action, and the
-sample person in four stages.
+sample person.
 
-    python scripts/make_page_pictures.py [--figures] [--sample] [--cache FOLDER]
+    python scripts/make_page_pictures.py [--figures] [--sample]
 
-Writes ``figures.json`` and ``sample.webp`` into ``pipelines/serve/page``. Figures are motions of
-the shipped models (seed 0), seen from the front left; they take a minute. The sample person takes
-as long as a new character, unless the store has it.
+Writes ``figures.json``, ``person.glb`` and ``sample.webp`` into ``pipelines/serve/page``. Figures
+are motions of the shipped models (seed 0), seen from the front left; they take a minute.
 """
 
 from __future__ import annotations
@@ -18,21 +17,24 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from a2v.animation import EngineSettings
+from a2v.animation.engine import engine_ready
 from a2v.io import atomic_path
 from a2v.kinematics.ground import face_forward, first_heading
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.skeleton import skeleton_of
 from a2v.motion.plan import plan_motion
 from a2v.motion.timeline import Take
-from a2v.types import ByteArray, Motion, Subject
-from pipelines.engine.store import Store
-from pipelines.requests.video import photo_parameters
-from pipelines.run import run
-from pipelines.serve.stages import SIDE, pictures
+from a2v.samples import load_ready_person
+from a2v.types import Motion
+from pipelines.serve.figure import write_figure
+from pipelines.serve.records import PERSON
 from pipelines.serve.wishes import MODELS, actions_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "pipelines" / "serve" / "page"
+SMALL = EngineSettings(triangles=8000, texture=1024, normal_map=512, one_material=True)
+"""The shipped person has fewer triangles than one who is made."""
 MADE, FRAMES, FPS = 60, 24, 10.0
 """Number of frames of a motion, number of shown ones, and their rate."""
 JOINTS = (
@@ -108,49 +110,34 @@ def figures() -> dict[str, object]:
     return {"frames": FRAMES, "fps": FPS, "joints": len(JOINTS), "bones": BONES, "actions": found}
 
 
-def sample(cache: str | None, folder: Path) -> ByteArray:
-    """The sample's photo, body, surface and colors in a row, (H, W, 3)."""
-    store, photo = Store(cache), ROOT / "a2v" / "samples" / "person.jpg"
-    drawn = pictures(folder, lambda _: None)
-    outcome = run(
-        "colored_surface",
-        executor="serial",
-        store=store,
-        fresh=list(drawn),
-        early=drawn,
-        **photo_parameters(store, photo),
-    )
-    image = Image.fromarray(outcome.get("subject", Subject).image)
-    image.thumbnail((SIDE, SIDE))
-    row = [image, *(Image.open(path) for path in sorted(folder.glob("stage_*.jpg")))]
-    whole = Image.new("RGB", (sum(part.width for part in row), SIDE), (235, 235, 240))
-    left = 0
-    for part in row:
-        whole.paste(part, (left, 0))
-        left += part.width
-    return np.asarray(whole)
+def person(path: Path) -> None:
+    """Write the sample person as the stage shows it, small enough to be shipped."""
+    ready = load_ready_person()
+    write_figure(path, engine_ready(ready.character, SMALL), ready.body, quality=80)
+
+
+def portrait() -> Image.Image:
+    """The sample person's head and shoulders, of the photo."""
+    with Image.open(ROOT / "a2v" / "samples" / "person.jpg") as photo:
+        box = [round(photo.width * share) for share in (0.38, 0.05, 0.62, 0.29)]
+        return photo.convert("RGB").crop((box[0], box[1], box[2], box[3])).resize((96, 96))
 
 
 def main() -> None:
-    """Make the requested pictures, or both."""
-    import tempfile
-
+    """Make the requested files, or all of them."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--figures", action="store_true")
     parser.add_argument("--sample", action="store_true")
-    parser.add_argument("--cache")
     given = parser.parse_args()
     if given.figures or not given.sample:
         with atomic_path(PAGE / "figures.json") as temporary:
             temporary.write_text(json.dumps(figures(), separators=(",", ":")) + "\n")
     if given.sample or not given.figures:
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            atomic_path(PAGE / "sample.webp") as temporary,
-        ):
-            Image.fromarray(sample(given.cache, Path(folder))).save(temporary, "webp", quality=80)
+        person(PAGE / PERSON)
+        with atomic_path(PAGE / "sample.webp") as temporary:
+            portrait().save(temporary, "webp", quality=80)
 
 
 if __name__ == "__main__":

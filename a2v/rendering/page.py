@@ -60,13 +60,20 @@ def stage_script() -> str:
     return Path(__file__).with_name("stage.js").read_text(encoding="utf-8")
 
 
+@functools.lru_cache(maxsize=1)
+def speech_script() -> str:
+    """Return a script that defines ``makeSpeech``, which moves the mouth of a character, and
+    ``VISEMES``, its table."""
+    script = Path(__file__).with_name("speech.js").read_text(encoding="utf-8")
+    return f"{script}\nconst VISEMES = {json.dumps(_visemes())};\n"
+
+
 def write_page(
     path: str | os.PathLike[str],
     character: bytes | str | os.PathLike[str],
     video: bytes | str | os.PathLike[str] | None = None,
     *,
     title: str = "a2v",
-    live: bool = False,
 ) -> None:
     """Write an HTML page with an animated character that can be turned, and a video beside it.
 
@@ -84,8 +91,6 @@ def write_page(
         An MP4.
     title : str
         Heading of the page.
-    live : bool
-        Take poses from the page in which this page is a frame (``live.js``).
 
     Raises
     ------
@@ -93,7 +98,7 @@ def write_page(
         `character` is not a binary glTF, `video` is not an MP4, or both together are too large for
         a page.
     """
-    pieces = _pieces(_data(character), b"" if video is None else _data(video), title, live)
+    pieces = _pieces(_data(character), b"" if video is None else _data(video), title)
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.writelines(pieces)
 
@@ -103,7 +108,7 @@ def page_of(glb: bytes, film: bytes = b"", *, title: str = "a2v") -> str:
     return b"".join(_pieces(glb, film, title)).decode()
 
 
-def _pieces(glb: bytes, film: bytes, title: str, live: bool = False) -> list[bytes]:
+def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
     """Return the parts of a page. As one string it would be copied several times on the way to a
     file."""
     if glb[:4] != b"glTF":
@@ -119,7 +124,6 @@ def _pieces(glb: bytes, film: bytes, title: str, live: bool = False) -> list[byt
         "title": html.escape(title).encode(),
         "layout": b"both" if film else b"alone",
         "glb": base64.b64encode(glb),
-        "live": Path(__file__).with_name("live.js").read_bytes() if live else b"",
         "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>'
         % (base64.b64encode(film), _PLAYER)
         if film
@@ -136,7 +140,7 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
     """Split the page's template at its placeholders. Return pairs of the placeholder's name and its
     text; the name of text between placeholders is None."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
-    words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|live|visemes)\b", text)
+    words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|visemes)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
     scripts = {
         "viewer": viewer_script(),

@@ -147,18 +147,15 @@ def compute() -> None:
 
 def drive() -> None:
     """Run as the child process of the live mode."""
+    from pipelines.serve.figure import person_parameters
     from pipelines.serve.live_child import main
-    from pipelines.serve.wishes import Wish
-    from pipelines.serve.worker import Watched
+    from pipelines.serve.watched import Watched
 
     def find(task: Mapping[str, Any]) -> Character:
         from a2v.types import Character
 
-        wish = Wish.of(task["wish"])
-        request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
-        resolved = request.resolve(Store(task["cache"]))
         running = Watched(cache=task["cache"], quiet=True)
-        outcome = running.run("engine_character", resolved.parameters, graph=resolved.graph)
+        outcome = running.run("engine_character", person_parameters(task))
         return outcome.get("engine_character", Character)
 
     main(find)

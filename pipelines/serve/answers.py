@@ -13,6 +13,8 @@ from starlette.responses import FileResponse, Response
 
 from a2v.errors import printable
 from pipelines.serve.records import Job, Photo
+from pipelines.serve.words import for_page
+from pipelines.stages import said
 
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
@@ -49,20 +51,23 @@ class Told(Response):
 
 async def failed(request: Request, error: Exception) -> Response:
     """Answer an error of a2v with its message and status 400."""
-    return Told({"problem": printable(str(error))}, status_code=400)
+    return Told({"problem": for_page(printable(str(error)))}, status_code=400)
 
 
 async def refused(request: Request, error: Exception) -> Response:
     """Answer an HTTP error with its message and its status."""
     assert isinstance(error, HTTPException)
-    return Told({"problem": error.detail}, status_code=error.status_code)
+    return Told({"problem": for_page(error.detail)}, status_code=error.status_code)
 
 
 def public(item: Photo | Job) -> dict[str, Any]:
-    """Return the record of a photo or job without its digests, as the page gets it."""
+    """Return the record of a photo or job without its digests, in the words of the page."""
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
-        facts["wish"] = item.wish.said()
+        facts |= {"wish": item.wish.said(), "title": said(item.wish.action)}
+    for name in ("problem", "warnings", "notes"):
+        told = facts.get(name, "")
+        facts[name] = for_page(told) if isinstance(told, str) else [*map(for_page, told)]
     for name in ("digest", "clip_digest"):
         facts.pop(name, None)
     return facts

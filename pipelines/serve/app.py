@@ -7,7 +7,7 @@ import contextlib
 import dataclasses
 import functools
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +17,29 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
-from a2v.animation import RIGS
 from a2v.errors import A2VError, InputError, printable
 from a2v.kinematics.names import LIMB_BONES
 from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
+from a2v.rendering.page import speech_script, viewer_script
 from a2v.sessions import WEIGHTS
 from pipelines.requests.person import corrections_of
+from pipelines.serve.acts import acts
 from pipelines.serve.answers import PAGE, Told, failed, file_answer, public, refused
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, declared, read_json, save_photo, title
 from pipelines.serve.guard import Guard
 from pipelines.serve.live import Live
-from pipelines.serve.live_child import LIVE
-from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
+from pipelines.serve.records import MASK, PERSON, SHOWN, Job, Library, Photo
 from pipelines.serve.stages import STAGES
 from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
-from pipelines.serve.worker import TURN
+from pipelines.serve.words import for_page
+from pipelines.stages import title_of
 
-EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
-"""Character formats that the page offers."""
+VIEWER = "three.js"
+"""Name of the script with three.js and `makeSpeech`."""
 CLIPS = (".mp4", ".webm", ".mov", ".m4v")
 """Suffixes of videos that the page accepts."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
@@ -97,25 +98,29 @@ class Handlers:
             Route("/api/photos/{id}/more", self.remove_more, methods=delete),
             Route("/api/photos/{id}/clip", self.take_clip, methods=post),
             Route("/api/photos/{id}/clip", self.remove_clip, methods=delete),
-            Route("/api/jobs/{id}/export", self.export, methods=post),
             Route("/api/damaged", self.remove_damaged, methods=delete),
             Route("/api/jobs", self.take_job, methods=post),
             Route("/api/jobs/{id}", self.remove_job, methods=delete),
             Route("/api/jobs/{id}/cancel", self.cancel, methods=post),
             Route("/api/jobs/{id}/again", self.again, methods=post),
-            *self._live.routes(self._job),
-            Route("/photos/{id}/{name}", self.photo_file, methods=get),
+            *self._live.routes(self._photo),
+            *acts(self._desk, self._photo),
+            Route("/photos/{id}/{name:path}", self.photo_file, methods=get),
             Route("/jobs/{id}/all.zip", self.everything, methods=get),
             Route("/jobs/{id}/{name:path}", self.job_file, methods=get),
         ]
 
     async def page(self, request: Request) -> Response:
-        """Serve the page."""
+        """Serve the page; meanwhile the process for motions is loaded."""
+        self._meanwhile(self._desk.cast.ready())
         return file_answer(PAGE / "index.html", PAGE)
 
     async def asset(self, request: Request) -> Response:
         """Serve a style sheet, script or image of the page."""
         name = request.path_params["name"]
+        if name == VIEWER:
+            script = await self._desk.threads.do(lambda: viewer_script() + speech_script())
+            return Response(script, media_type="text/javascript")
         if name not in {path.name for path in PAGE.iterdir()}:
             raise HTTPException(404, "there is no such file")
         return file_answer(PAGE / name, PAGE)
@@ -127,15 +132,16 @@ class Handlers:
             | {
                 "upload": MAX_UPLOAD,
                 "clip": MAX_CLIP,
-                "rigs": RIGS,
-                "formats": EXPORTS,
                 "limbs": list(LIMB_BONES),
             }
         )
 
     async def state(self, request: Request) -> Response:
         """Return the current state of photos and jobs."""
-        photos = [public(photo) for photo in self._library.photos.values()]
+        photos = [
+            public(photo) | {"progress": self._desk.progress.get(photo.id)}
+            for photo in self._library.photos.values()
+        ]
         waiting = [
             job.id
             for job in sorted(self._library.jobs.values(), key=lambda one: one.created)
@@ -150,23 +156,24 @@ class Handlers:
                 "photos": photos,
                 "jobs": jobs,
                 "damaged": len(self._library.damaged),
-                "problem": printable(self._library.problem),
+                "problem": for_page(printable(self._library.problem)),
             }
         )
 
     async def words(self, request: Request) -> Response:
         """Return the actions that a prompt is matched to."""
         said = await read_json(request)
-        model, text = said.get("model"), said.get("text")
-        if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
-            raise InputError("expected the name of a model and some words")
-        steps, matches = await self._desk.threads.do(understood, str(model), text)
+        text = said.get("text")
+        if not isinstance(text, str) or len(text) > MAX_ACTION:
+            raise InputError(f"expected some words, at most {MAX_ACTION} letters")
+        steps, matches = await self._desk.threads.do(understood, MODELS[0], text)
         parts = [
             {
                 "text": match.text,
                 "action": step.action,
+                "title": title_of(step.action),
                 "seconds": step.seconds,
-                "near": match.others[:3],
+                "near": [{"action": name, "title": title_of(name)} for name in match.others[:3]],
             }
             for step, match in zip(steps, matches, strict=True)
         ]
@@ -203,10 +210,12 @@ class Handlers:
             await save(folder / ORIGINAL)
             photo = await self._desk.arrivals.open_photo(folder, name)
             self._desk.wake()
-        warming = asyncio.create_task(self._desk.warm())
-        self._background.add(warming)
-        warming.add_done_callback(self._background.discard)
         return Told(public(photo), status_code=201)
+
+    def _meanwhile(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._background.add(task)
+        task.add_done_callback(self._background.discard)
 
     async def remove_photo(self, request: Request) -> Response:
         """Remove a person: the photo, its videos, and all values of the store made from it.
@@ -240,7 +249,7 @@ class Handlers:
         """Return the outline of the body with given corrections, without saving them."""
         photo = self._photo(request)
         return Told(
-            await self._desk.outline(
+            await self._desk.cast.outline(
                 photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo)
             )
         )
@@ -276,17 +285,6 @@ class Handlers:
         await self._desk.arrivals.remove_clip(self._photo(request))
         return Told({})
 
-    async def export(self, request: Request) -> Response:
-        """Export a finished character for another tool."""
-        said, job = await read_json(request), self._job(request)
-        rig, suffix = said.get("rig"), said.get("format")
-        if rig not in RIGS or suffix not in EXPORTS:
-            raise InputError(
-                f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})"
-            )
-        await self._desk.export(job, str(rig), str(suffix))
-        return Told(public(job))
-
     async def remove_damaged(self, request: Request) -> Response:
         """Remove records that cannot be read."""
         await self._desk.remove_damaged()
@@ -306,6 +304,7 @@ class Handlers:
             await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
+        self._meanwhile(self._desk.warm())
         return Told(public(job), status_code=201)
 
     async def remove_job(self, request: Request) -> Response:
@@ -327,18 +326,20 @@ class Handlers:
         """Serve the shown version of a photo; the uploaded bytes are never served."""
         photo, name = self._photo(request), request.path_params["name"]
         further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
-        if name not in (SHOWN, MASK, CORRECTIONS, *further):
+        own = (SHOWN, MASK, CORRECTIONS, PERSON, *STAGES.values(), *further)
+        if name not in own and name not in photo.files:
             raise HTTPException(404, "there is no such file")
+        kept = name == CORRECTIONS or name in photo.files
         return file_answer(
             self._library.place(photo) / name,
             self._library.folder,
-            download=name if name == CORRECTIONS else None,
+            download=Path(name).name if kept else None,
         )
 
     async def job_file(self, request: Request) -> Response:
         """Serve one result of a job."""
         job, name = self._job(request), request.path_params["name"]
-        if name not in job.files and name not in (TURN, LIVE, *STAGES.values()):
+        if name not in job.files:
             raise HTTPException(404, "there is no such file")
         download = Path(name).name if "download" in request.query_params else None
         return file_answer(self._library.place(job) / name, self._library.folder, download=download)

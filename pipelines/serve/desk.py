@@ -25,10 +25,11 @@ from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
 from pipelines.serve.arrivals import Arrivals
+from pipelines.serve.cast import Cast
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed
 from pipelines.serve.records import Job, Library, Photo
-from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
+from pipelines.serve.talk import CORRECTIONS
 from pipelines.serve.threads import Threads
 from pipelines.serve.times import Times
 
@@ -64,14 +65,15 @@ class Desk:
         self.progress: dict[str, Mapping[str, Any]] = {}
         self.threads = Threads(MAX_THREADS)
         self._cache, self._workers = cache, workers
-        self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
+        self._opener, self._maker = Child(_OPENER), Child(code)
+        self.cast = Cast(library, code, cache)
         self.arrivals = Arrivals(library, self._opener, forget=self._forget_owed)
         self.leaving: list[Leave] = []
         """Called with the identities of removed photos and jobs; they stop what works on these."""
-        self._more = (asyncio.Event(), asyncio.Event())
+        self._more = (asyncio.Event(), asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
-        self._served: list[Photo | Job] = []  # for which a request waits for an outline or a file
+        self._waking: Photo | None = None
         self._forgetting = asyncio.Lock()
         self._owed = Owed(library.folder / _OWED)
         self._times = Times(library.folder)
@@ -84,7 +86,7 @@ class Desk:
             if job.status == "running":
                 job.status = "waiting"
                 self.library.keep(job)
-        rounds = (self._look_at_a_photo, self._make_a_video, self._rest)
+        rounds = (self._look_at_a_photo, self._wake_a_person, self._make_a_video, self._rest)
         self._tasks = [asyncio.create_task(self._for_ever(one)) for one in rounds]
 
     async def close(self) -> None:
@@ -98,7 +100,11 @@ class Desk:
             for task in alive:
                 task.cancel()
             await asyncio.wait(alive, timeout=1.0)
-        await asyncio.gather(self._opener.stop(), self._looker.stop(), self._maker.stop())
+        await asyncio.gather(*(child.stop() for child in self._children))
+
+    @property
+    def _children(self) -> tuple[Child, ...]:
+        return (self._opener, self.cast.looker, self._maker, self.cast.builder, self.cast.player)
 
     def wake(self) -> None:
         """Signal that the queue has changed."""
@@ -134,64 +140,14 @@ class Desk:
         self.library.keep(photo)
         self.wake()
 
-    async def outline(self, photo: Photo, corrections: Corrections) -> dict[str, Any]:
-        """Return the outline of the body fitted with these corrections, without saving them.
-
-        See `pipelines.serve.fitting.outline`.
-
-
-        Raises
-        ------
-        InputError
-            The outline cannot be computed.
-        """
-        task = {
-            "task": "outline",
-            "folder": str(self.library.place(photo)),
-            "cache": self._cache,
-            "corrections": corrections.said(),
-        }
-        return await self._serve(photo, task)
-
-    async def _serve(self, item: Photo | Job, task: Mapping[str, Any]) -> dict[str, Any]:
-        """Run a task for a waiting request in the process that looks at photos."""
-        self._served.append(item)
-        try:
-            answer = await self._looker.do(task)
-        finally:
-            self._served.remove(item)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        done: dict[str, Any] = answer["done"]
-        return done
-
-    async def export(self, job: Job, rig: str, suffix: str) -> None:
-        """Write a finished job's character for another tool, among its files.
-
-        Raises
-        ------
-        InputError
-            The job is not finished, or the file cannot be written.
-        """
-        if job.status != "done":
-            raise InputError("this video is not made yet")
-        task = {"task": "export", **self.task_of(job), "rig": rig, "format": suffix}
-        done = await self._serve(job, task)
-        job.files = job.files | done["files"]
-        self.library.keep(job)
-
     def task_of(self, job: Job) -> dict[str, Any]:
         """Return the entries of a task for a job: folder, store, wish, and the person's files."""
         photo = self.library.photos[job.photo]
-        own = self.library.place(photo)
-        more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
-        corrections = str(own / CORRECTIONS) if photo.corrected else None
-        clip = str(own / f"{CLIP}{photo.clip}") if job.wish.clip and photo.clip else None
         return {
-            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL),
-            "corrections": corrections, "more": more, "clip": clip,
-            "cache": self._cache, "wish": job.wish.said(),
-        }  # fmt: skip
+            "folder": str(self.library.place(job)),
+            **self.cast.files_of(photo, job.wish),
+            "wish": job.wish.said(),
+        }
 
     async def warm(self) -> None:
         """Load the modules for a video while the user still chooses."""
@@ -240,17 +196,30 @@ class Desk:
         waited = [item, *removed]
         for leave in self.leaving:
             await leave({one.id for one in waited})
-        while (
-            self._current in removed
-            or self._looking is item
-            or any(one in waited for one in self._served)
-        ):
-            await (self._maker if self._current in removed else self._looker).stop()
+        while busy := self._working_on(waited):
+            for child in busy:
+                await child.stop()
             await asyncio.sleep(0.01)
-        if isinstance(item, Photo) and self._looking is None and not self._served:
-            await self._looker.stop()  # it may hold data of the photo in memory
+        if isinstance(item, Photo):
+            serving = {self._looking and self.cast.looker, self._waking and self.cast.builder}
+            serving |= {child for _, child in self.cast.served}
+            for child in (self.cast.looker, self.cast.builder, self.cast.player):
+                if child not in serving:  # it may hold data of the photo in memory
+                    await child.stop()
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
         return await self._forget(_digests(item)) if isinstance(item, Photo) else Forgotten()
+
+    def _working_on(self, items: Collection[Photo | Job]) -> set[Child]:
+        """Return the processes that compute something for these photos and jobs."""
+        found = self.cast.working_on(items)
+        for one, child in (
+            (self._current, self._maker),
+            (self._looking, self.cast.looker),
+            (self._waking, self.cast.builder),
+        ):
+            if one is not None and one in items:
+                found.add(child)
+        return found
 
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
@@ -292,6 +261,8 @@ class Desk:
             ),
         )
         self._looking = photo
+        if self._waking is photo:  # it is corrected: what is being made is out of date
+            await self.cast.builder.stop()
         size = {"width": photo.width, "height": photo.height}
         task = {
             "task": "look",
@@ -300,7 +271,7 @@ class Desk:
             **size,
         }
         try:
-            answer = await self._looker.do(task)
+            answer = await self.cast.looker.do(task)
         finally:
             self._looking = None
         if photo.id not in self.library.photos:  # removed in the meantime
@@ -314,6 +285,43 @@ class Desk:
         self.library.keep(photo)
         self.wake()
 
+    async def _wake_a_person(self) -> None:
+        photo: Photo = await self._next(
+            self._more[2],
+            lambda: next(
+                (
+                    one
+                    for one in self.library.photos.values()
+                    if one.status == "ready" and not one.known
+                ),
+                None,
+            ),
+        )
+        self._waking, looks, more = photo, photo.looks, photo.more
+        task = {
+            "task": "person",
+            "folder": str(self.library.place(photo)),
+            **self.cast.files_of(photo, None),
+            "times": self._times.read(),
+        }
+        try:
+            answer = await self.cast.builder.do(
+                task, lambda update: self.progress.__setitem__(photo.id, update)
+            )
+        finally:
+            self._waking = None
+            self.progress.pop(photo.id, None)
+        changed = (photo.status, photo.looks, photo.more) != ("ready", looks, more)
+        if photo.id not in self.library.photos or changed:  # it is looked at or made again
+            return
+        if "problem" in answer:
+            photo.status, photo.problem = "unusable", answer["problem"]
+        else:
+            photo.known, photo.notes = True, answer["done"].get("notes", [])
+            self._times.learn(answer["done"].get("times", {}))
+        self.library.keep(photo)
+        self.wake()
+
     def _waiting(self) -> Job | None:
         waiting = [job for job in self.library.jobs.values() if job.status == "waiting"]
         for job in sorted(waiting, key=lambda one: one.created):
@@ -321,19 +329,18 @@ class Desk:
             if photo.status == "unusable":
                 job.status, job.problem = "failed", photo.problem
                 self.library.keep(job)
-            elif photo.status == "ready":
+            elif photo.status == "ready" and photo.known:
                 return job
         return None
 
     async def _make_a_video(self) -> None:
         job: Job = await self._next(self._more[1], self._waiting)
-        photo, begun = self.library.photos[job.photo], time.monotonic()
+        begun = time.monotonic()
         self._current, job.status = job, "running"
         self.library.keep(job)
         task = {
             "task": "video",
             **self.task_of(job),
-            "known": photo.known,
             "times": self._times.read(),
             "workers": self._workers,
         }
@@ -354,8 +361,6 @@ class Desk:
         else:
             done = answer["done"]
             job.status, job.files, job.notes = "done", done["files"], done["notes"]
-            photo.known = True
-            self.library.keep(photo)
             self._times.learn(done["times"])
         self.library.keep(job)
 
@@ -364,8 +369,10 @@ class Desk:
         self.library.settle()
         if self._maker.idle(IDLE_SECONDS) and self._current is None:
             await self._maker.stop()
-        for child in (self._looker, self._opener):
-            if child.idle(IDLE_SECONDS / 10):
+        if self.cast.player.idle(4 * IDLE_SECONDS):
+            await self.cast.player.stop()
+        for child in (self.cast.looker, self._opener, self.cast.builder):
+            if child.idle(IDLE_SECONDS / (4 if child is self.cast.builder else 10)):
                 await child.stop()
         if (owed := self._owed.due(SETTLED_SECONDS + _TICK_SECONDS)) is not None:
             await self._forget(owed)

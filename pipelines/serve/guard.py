@@ -27,7 +27,7 @@ A page elsewhere whose host name resolves to this machine (DNS rebinding) sends 
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
-        "media-src 'self' blob:; connect-src 'self'; "
+        "media-src 'self' blob:; connect-src 'self' blob:; "
         "frame-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'self'"
     ),
     "Cross-Origin-Opener-Policy": "same-origin",

@@ -1,4 +1,4 @@
-"""The live mode of the page: a camera of this machine drives a finished character."""
+"""The live mode of the page: a camera of this machine drives a person."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipelines.serve.answers import Told, public
 from pipelines.serve.child import Child
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import read_data, read_json
-from pipelines.serve.records import Job
+from pipelines.serve.records import Photo
 
 MAX_FRAME = 512 << 10
 """Largest number of bytes of a camera frame."""
@@ -39,23 +39,23 @@ class Live:
     Parameters
     ----------
     desk : Desk
-        Its jobs are driven.
+        Its people are driven.
     code : see `Child`
     vmc : port of a program that receives VMC on this machine; 0 sends nothing
     """
 
     def __init__(self, desk: Desk, code: str, vmc: int = 0) -> None:
         self._desk, self._child, self._vmc = desk, Child(code), vmc
-        self._session, self._job, self._waiting = "", "", 0
+        self._session, self._photo, self._waiting = "", "", 0
         self._opening = asyncio.Lock()
-        self._inside: list[str] = []  # jobs for which the process works
+        self._inside: list[str] = []  # photos for which the process works
         desk.leaving.append(self._leave)
 
-    def routes(self, job_of: Callable[[Request], Job]) -> list[Route]:
-        """Return the routes below the token. `job_of` finds the job of a request."""
+    def routes(self, photo_of: Callable[[Request], Photo]) -> list[Route]:
+        """Return the routes below the token. `photo_of` finds the photo of a request."""
 
         async def open_session(request: Request) -> Response:
-            return Told(await self.open(job_of(request)), status_code=201)
+            return Told(await self.open(photo_of(request)), status_code=201)
 
         async def frame(request: Request) -> Response:
             self._check(request)
@@ -73,32 +73,29 @@ class Live:
             return Told({})
 
         return [
-            Route("/api/jobs/{id}/live", open_session, methods=["POST"]),
+            Route("/api/people/{id}/live", open_session, methods=["POST"]),
             Route("/api/live/{session}/frame", frame, methods=["POST"]),
             Route("/api/live/{session}/record", record, methods=["POST"]),
             Route("/api/live/{session}", close, methods=["DELETE"]),
         ]
 
-    async def open(self, job: Job) -> dict[str, Any]:
-        """Load a finished job's character and return the name of the session.
+    async def open(self, photo: Photo) -> dict[str, Any]:
+        """Load a person and return the name of the session.
 
         An earlier session ends.
 
         Raises
         ------
         InputError
-            The job is not finished, or its character cannot be loaded.
+            The person is not made yet, or cannot be loaded.
         """
-        if job.status != "done":
-            raise InputError("this video is not made yet")
+        task = self._desk.cast.person_task(photo)
         async with self._opening:
             await self.close()
-            self._check_job(job)
-            self._job = job.id
-            await self._do(
-                {"task": "open", "vmc": self._vmc, **self._desk.task_of(job)}, OPEN_SECONDS
-            )
-            self._check_job(job)
+            self._check_photo(photo)
+            self._photo = photo.id
+            await self._do({"task": "open", "vmc": self._vmc, **task}, OPEN_SECONDS)
+            self._check_photo(photo)
             self._session = secrets.token_hex(8)
             return {"session": self._session, "vmc": self._vmc}
 
@@ -114,34 +111,34 @@ class Live:
             self._waiting -= 1
 
     async def record(self, on: bool) -> dict[str, Any]:
-        """Start a recording; or stop it and add its files to those of the job."""
-        job = self._desk.library.jobs.get(self._job)
-        if job is None:
+        """Start a recording; or stop it and add its files to those of the person."""
+        photo = self._desk.library.photos.get(self._photo)
+        if photo is None:
             raise HTTPException(404, ENDED)
         done = await self._do({"task": "record" if on else "keep"}, OPEN_SECONDS)
         if on:
             return {}
-        self._check_job(job)
-        job.files = job.files | done["files"]
-        self._desk.library.keep(job)
-        return public(job)
+        self._check_photo(photo)
+        photo.files = photo.files | done["files"]
+        self._desk.library.keep(photo)
+        return public(photo)
 
     async def close(self) -> None:
         """End the session and its process."""
-        self._session = self._job = ""
+        self._session = self._photo = ""
         await self._child.stop()
 
     async def _leave(self, removed: Collection[str]) -> None:
-        """End the session of a removed job, and whatever the process still does for it."""
-        if self._job in removed:
+        """End the session of a removed person, and whatever the process still does for it."""
+        if self._photo in removed:
             await self.close()
-        while any(job in removed for job in self._inside):
+        while any(one in removed for one in self._inside):
             await self._child.stop()
             await asyncio.sleep(0.01)
 
-    def _check_job(self, job: Job) -> None:
-        if job.id not in self._desk.library.jobs:
-            raise InputError("this video was removed; choose another")
+    def _check_photo(self, photo: Photo) -> None:
+        if photo.id not in self._desk.library.photos:
+            raise InputError("this photo was removed; choose another")
 
     async def rest(self) -> None:
         """End a session without frames, forever."""
@@ -156,13 +153,13 @@ class Live:
             raise HTTPException(404, ENDED)
 
     async def _do(self, task: Mapping[str, Any], limit: float) -> dict[str, Any]:
-        if not (job := self._job):  # it ended while the request arrived
+        if not (photo := self._photo):  # it ended while the request arrived
             raise HTTPException(404, ENDED)
-        self._inside.append(job)
+        self._inside.append(photo)
         try:
             answer = await self._child.do(task, limit=limit)
         finally:
-            self._inside.remove(job)
+            self._inside.remove(photo)
         if "problem" in answer:
             raise InputError(answer["problem"])
         done: dict[str, Any] = answer["done"]

@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import io
 import socket
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -28,10 +27,8 @@ if TYPE_CHECKING:
     from a2v.footage.live_fit import LiveFit
     from a2v.types import ByteArray, Character, FloatArray
 
-LIVE = "live.html"
-"""File name of the page with the driven character, shown but not offered for download."""
 RECORDINGS = "live"
-"""Folder of recorded motions in the folder of a job."""
+"""Folder of recorded motions in the folder of a photo."""
 MOST_SIDE = 1280
 """Longer side in pixels of the largest frames that are decoded."""
 LEAST_SIDE = 64
@@ -43,7 +40,7 @@ LEAST_RECORDED = 5
 _LOCAL = "127.0.0.1"
 
 Find = Callable[[Mapping[str, Any]], "Character"]
-"""Returns the character of a finished job from the entries of its task."""
+"""Returns the character of a person from the entries of a task."""
 
 
 @dataclass(eq=False)
@@ -53,7 +50,7 @@ class Session:
     Attributes
     ----------
     folder : Path
-        Of the job.
+        Of the photo.
     character : Character
     tracker : LiveTracker
     rig : LiveRig
@@ -114,19 +111,13 @@ def serve(
 
 
 def opened(task: Mapping[str, Any], find: Find) -> Session:
-    """Load the networks and the character, and write the page that shows it."""
+    """Load the networks and the character."""
     from a2v.animation.live import LiveRig
     from a2v.footage.figure import person_skeleton
     from a2v.footage.live import LiveTracker
-    from a2v.formats.gltf import write_glb
-    from a2v.rendering import write_page
 
     character = find(task)
     folder = Path(task["folder"])
-    with tempfile.TemporaryDirectory() as scratch:
-        glb = Path(scratch) / "live.glb"
-        write_glb(glb, character, {})
-        write_page(folder / LIVE, glb, title="Live", live=True)
     rig = LiveRig(character.body, person_skeleton())
     tracker = LiveTracker().__enter__()  # closed with the process
     vmc = None if not task["vmc"] else (int(task["vmc"]), _vrm_rig(character))

@@ -42,6 +42,8 @@ SHOWN = "photo.jpg"
 """File name of the photo that the page shows."""
 MASK = "mask.png"
 """File name of the overlay that darkens the photo outside the person."""
+PERSON = "person.glb"
+"""File name of the person that the stage shows, with an idle motion."""
 _MAX_RECORD_BYTES = 1 << 20
 _ID = re.compile("[0-9a-f]{16}")
 
@@ -63,6 +65,8 @@ class Photo:
     corrected : whether the user has corrected the detection
     looks : number of detections, by which a browser recognizes an outdated outline
     more : digests of further photos of the same person, ``more-1`` and so on in its folder
+    notes : about the person that was made
+    files : names and sizes in bytes of exported files and recordings
     clip : suffix of the video whose motion the person can take over, ``clip`` with it in its folder
     clip_title, clip_seconds, clip_digest : its name, its length and its digest in the store
     """
@@ -76,7 +80,9 @@ class Photo:
     width: int = 0
     height: int = 0
     landmarks: list[list[float]] = field(default_factory=list)
-    known: bool = False  # whether its character is cached
+    known: bool = False  # whether its person is made
+    notes: list[str] = field(default_factory=list)
+    files: dict[str, int] = field(default_factory=dict)
     digest: str = ""
     people: list[list[float]] = field(default_factory=list)
     corrected: bool = False
@@ -210,6 +216,8 @@ class Library:
         for rest in ("incoming", "removed"):
             shutil.rmtree(folder / rest, ignore_errors=True)
         self.photos: dict[str, Photo] = {item.id: item for item in self._read(Photo)}
+        for photo in self.photos.values():
+            photo.known = photo.known and (self.place(photo) / PERSON).is_file()
         self.jobs: dict[str, Job] = {item.id: item for item in self._read(Job)}
         for job in [job for job in self.jobs.values() if job.photo not in self.photos]:
             self.damaged.append(self.place(self.jobs.pop(job.id)))

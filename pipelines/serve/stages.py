@@ -1,4 +1,4 @@
-"""Draw one image per stage of a job, which the page shows while the next stage runs."""
+"""Write a shape per finished stage of a person, which the stage shows while the next one runs."""
 
 from __future__ import annotations
 
@@ -8,35 +8,30 @@ from pathlib import Path
 import numpy as np
 
 from a2v.io import atomic_path
-from a2v.types import Body, ByteArray, PhotoCamera, Reconstruction, Subject, Surface
+from a2v.types import Body, FloatArray, IntArray, Reconstruction, Surface
 from pipelines.engine.run import Early, Outcome
 
-SIDE = 420
-"""Height of an image, in pixels."""
-ANGLES = (-25.0, 155.0)
-"""Azimuths of the two views of a surface, in degrees: from the front and from behind."""
-_GROUND = (255, 0, 255)  # background: not a color of clay
-_CLAY = 0.8
+_CLAY = 0.72
+
+Shape = tuple[FloatArray, IntArray, FloatArray]
+"""Vertices (V, 3) in meters, triangles (F, 3) and colors (V, 3)."""
 
 
-def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
-    """Return callbacks that write the image of each finished stage into `folder`.
+def shapes(folder: Path, tell: Callable[[str], None]) -> Early:
+    """Return callbacks that write the shape of each finished stage into `folder`.
 
-    `tell` is called with the name of the stage. Cached stages are not drawn, since they take no
+    `tell` is called with the name of the stage. Cached stages are not written, since they take no
     time.
     """
 
     def stage(name: str, node: str) -> Callable[[Outcome], None]:
-        def draw(outcome: Outcome) -> None:
-            if outcome.nodes[node].cached == outcome.nodes[node].calls:
-                return
-            from PIL import Image
+        def write(outcome: Outcome) -> None:
+            if outcome.nodes[node].cached < outcome.nodes[node].calls:
+                with atomic_path(folder / STAGES[name]) as temporary:
+                    temporary.write_bytes(packed(*_SHAPES[name](outcome)))
+                tell(name)
 
-            with atomic_path(folder / STAGES[name]) as temporary:
-                Image.fromarray(_DRAWN[name](outcome)).save(temporary, "jpeg", quality=85)
-            tell(name)
-
-        return draw
+        return write
 
     return {
         "photo_body": stage("body", "photo_body"),
@@ -45,59 +40,36 @@ def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
     }
 
 
-def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteArray:
-    """Draw the fitted body in clay over the crop of the photo, (H, W, 3) uint8."""
-    import cv2
-
-    from a2v.rendering.preview import PreviewStyle, preview_surface
-
-    height, width = subject.image.shape[:2]
-    side = max(height, width)
-    middle = camera.flat.unproject(np.array([width / 2, height / 2]), 0.0)
-    gray = np.full((len(body.vertices), 3), _CLAY, np.float32)
-    mesh = Surface(vertices=camera.flatten(body.vertices), faces=body.faces, colors=gray)
-    clay = preview_surface(
-        mesh,
-        size=SIDE,
-        center=middle,
-        extent=side / camera.scale,
-        style=PreviewStyle(plain=True, background=_GROUND),
+def packed(vertices: FloatArray, faces: IntArray, colors: FloatArray) -> bytes:
+    """Return the numbers of vertices and triangles (uint32), vertices (float32), triangles
+    (uint32) and colors (uint8), little-endian."""
+    counts = np.array([len(vertices), len(faces)], "<u4")
+    levels = np.round(255 * np.clip(colors, 0, 1)).astype(np.uint8)
+    return b"".join(
+        part.tobytes() for part in (counts, vertices.astype("<f4"), faces.astype("<u4"), levels)
     )
-    photo = np.full((side, side, 3), 235, np.uint8)
-    top, left = (side - height) // 2, (side - width) // 2
-    photo[top : top + height, left : left + width] = subject.image
-    photo = cv2.resize(photo, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-    seen = (clay != _GROUND).any(axis=2)
-    over = np.where(seen[..., None], 0.2 * photo + 0.8 * clay, 0.55 * photo + 90)
-    narrow = max(1, round(SIDE * width / side))
-    first = (SIDE - narrow) // 2
-    return np.clip(over, 0, 255).astype(np.uint8)[:, first : first + narrow]
 
 
-def turned(surface: Surface, *, plain: bool) -> ByteArray:
-    """Draw a surface from the front and from behind, side by side, (H, W, 3) uint8."""
-    from a2v.rendering.preview import PreviewStyle, preview_surface
+def _of_surface(surface: Surface) -> Shape:
+    return surface.vertices, surface.faces, surface.colors
 
-    views = [
-        preview_surface(surface, azimuth=angle, size=SIDE, style=PreviewStyle(plain=plain))
-        for angle in ANGLES
-    ]
-    edge = SIDE // 5
-    return np.concatenate([view[:, edge : SIDE - edge] for view in views], axis=1)
+
+def _of_body(body: Body) -> Shape:
+    return body.vertices, body.faces, np.full((len(body.vertices), 3), _CLAY, np.float32)
+
+
+def _plain(surface: Surface) -> Shape:
+    return surface.vertices, surface.faces, np.full((len(surface.vertices), 3), _CLAY, np.float32)
 
 
 STAGES: Mapping[str, str] = {
-    "body": "stage_body.jpg",
-    "surface": "stage_surface.jpg",
-    "textured": "stage_textured.jpg",
+    "body": "stage_body.bin",
+    "surface": "stage_surface.bin",
+    "textured": "stage_textured.bin",
 }
-"""File names of the stages' images, by stage."""
-_DRAWN: Mapping[str, Callable[[Outcome], ByteArray]] = {
-    "body": lambda seen: body_over_photo(
-        seen.get("subject", Subject),
-        seen.get("photo_body", Body),
-        seen.get("photo_camera", PhotoCamera),
-    ),
-    "surface": lambda seen: turned(seen.get("surface", Reconstruction).surface, plain=True),
-    "textured": lambda seen: turned(seen.get("colored_surface", Surface), plain=False),
+"""File names of the stages' shapes, by stage."""
+_SHAPES: Mapping[str, Callable[[Outcome], Shape]] = {
+    "body": lambda seen: _of_body(seen.get("photo_body", Body)),
+    "surface": lambda seen: _plain(seen.get("surface", Reconstruction).surface),
+    "textured": lambda seen: _of_surface(seen.get("colored_surface", Surface)),
 }

@@ -28,6 +28,9 @@ CORRECTIONS = "me.yaml"
 CLIP = "clip"
 """File name, without suffix, of the video whose motion the person copies, in the same folder."""
 
+EXPORTS = "exports"
+"""Folder of files for other tools, in the same folder."""
+
 Tell = Callable[[Mapping[str, object]], None]
 Work = Callable[[Mapping[str, Any], Tell], "dict[str, object] | None"]
 """Runs a task and returns its answer, None for a task without an answer."""

@@ -21,12 +21,14 @@ from a2v.types import VIEWS
 from pipelines.requests.film import FOLLOW, STILL
 from pipelines.requests.motion import length_of
 from pipelines.requests.video import VideoRequest
+from pipelines.stages import title_of
 
 ALL_VIEWS = (*VIEWS, "turntable")
 SIZES = (64, 1080)
 SAMPLES = (1, 64)
 SECONDS = (0.1, 60.0)
 RATES = (5.0, 60.0)
+SPEEDS = (0.25, 4.0)
 MAX_ACTION = 300
 MAX_PATH = 40
 """Largest number of points of a path."""
@@ -39,6 +41,8 @@ ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Aspect ratios of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
 """Motion models that the page offers: all sources together, and each source alone."""
+IDLE = "Idle"
+"""Action of a person who waits."""
 FIRST = (
     "Walk",
     "Salsa",
@@ -90,6 +94,10 @@ class Wish:
         Points ``x,z x,z ...`` of a path on the ground, in meters; empty for none.
     clip : bool
         Whether the motion comes from the video uploaded for the person; `action` is then its title.
+    speed : float
+        Tempo factor.
+    mirror : bool
+        Whether left and right are exchanged.
     """
 
     action: str
@@ -106,6 +114,8 @@ class Wish:
     camera: str = FOLLOW
     path: str = ""
     clip: bool = False
+    speed: float = 1.0
+    mirror: bool = False
 
     def __post_init__(self) -> None:
         if (
@@ -124,6 +134,7 @@ class Wish:
         _check("fps", self.fps, RATES, float)
         _check("seed", self.seed, (0, 2**32 - 1), int)
         _check("size", self.size, SIZES, int)
+        _check("speed", self.speed, SPEEDS, float)
         _check("spp", self.spp, SAMPLES, int)
         if self.size % 2:
             raise InputError(f"size is {self.size}; expected an even number of pixels")
@@ -142,8 +153,9 @@ class Wish:
                 f"background is {brief(self.background)}; expected stage, transparent, photo or "
                 f"a color such as #30506f"
             )
-        if not isinstance(self.clip, bool):
-            raise InputError(f"clip is {brief(self.clip)}; expected true or false")
+        for name in ("clip", "mirror"):
+            if not isinstance(getattr(self, name), bool):
+                raise InputError(f"{name} is {brief(getattr(self, name))}; expected true or false")
         if self.clip and self.path:
             raise InputError(
                 "a path is given, but the motion of a video has its own path; clear the path"
@@ -261,9 +273,16 @@ def _gallery_place(name: str) -> int:
 
 
 def choices() -> dict[str, Any]:
-    """Return the choices of the page: models with their actions, views, and limits of numbers."""
-    models = [
-        {"name": name, "actions": sorted(actions_of(name), key=_gallery_place)} for name in MODELS
+    """Return the choices of the page: actions, views, and limits of numbers."""
+    entries = sorted(catalog("any", SOURCES).entries, key=lambda entry: _gallery_place(entry.name))
+    actions = [
+        {
+            "name": entry.name,
+            "title": title_of(entry.name),
+            "theme": entry.theme[:1].upper() + entry.theme[1:],
+            "note": entry.note,
+        }
+        for entry in entries
     ]
     limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
-    return {"models": models, "views": ALL_VIEWS, "limits": limits}
+    return {"actions": actions, "views": ALL_VIEWS, "limits": limits}

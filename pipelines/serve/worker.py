@@ -5,46 +5,37 @@ Models loaded for one task are reused for the next.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError, printable
 from a2v.io import atomic_path
-from pipelines.clock import STILL, Clock
+from pipelines.clock import Clock
 from pipelines.engine.executors import LocalExecutor, cpu_count
-from pipelines.engine.progress import Listener, Update
+from pipelines.engine.progress import Update
 from pipelines.inputs import RunOptions
 from pipelines.requests.video import VideoRequest, photo_parameters
+from pipelines.serve.figure import Write, export, play, still, wake
 from pipelines.serve.fitting import outline, saved
-from pipelines.serve.live_child import LIVE
 from pipelines.serve.records import MASK
-from pipelines.serve.stages import STAGES, pictures
 from pipelines.serve.talk import ORIGINAL, Tell, answer
-from pipelines.serve.wishes import Wish
+from pipelines.serve.watched import Watched, spent
+from pipelines.serve.wishes import IDLE, Wish
 
 if TYPE_CHECKING:
     import numpy as np
 
     from a2v.types import Subject
-    from pipelines.engine.graph import Graph
-    from pipelines.engine.run import Early, Outcome
 
-TURN = "turn.html"
-"""File name of the page with the rotatable character, shown but not offered for download."""
-
+CLEAR = 0.5
+"""Confidence from which a landmark counts as seen."""
+LEAST_CLEAR = 6
+"""Number of landmarks that have to be seen."""
 Make = Callable[[VideoRequest, str, RunOptions], object]
 """``a2v video``: the request, the folder, and how to run."""
-
-
-Write = Callable[[VideoRequest, str, Path, str, RunOptions], Sequence[Path]]
-"""``a2v character``: writes files and returns their paths.
-
-It takes the request, the clip's name, the file, the rig, and how to run.
-"""
 
 
 class WarmPool(Executor):
@@ -76,59 +67,6 @@ def load_renderer() -> None:
     choose_variant()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Watched(RunOptions):
-    """Options of the page for running a graph: own workers, progress reports, kept outcomes."""
-
-    pool: Executor | None = None
-    listener: Listener | None = None
-    early: Early = field(default_factory=dict)
-    outcomes: list[Outcome] = field(default_factory=list)
-
-    def run(
-        self,
-        targets: str | Sequence[str],
-        parameters: Mapping[str, object],
-        *,
-        graph: Graph | None = None,
-        start: str | None = None,
-        overrides: Mapping[str, Any] | None = None,
-        early: Early | None = None,
-    ) -> Outcome:
-        """Run as `RunOptions.run` without progress bars; the page's early outputs come first."""
-        from pipelines.engine.store import Store
-        from pipelines.run import run
-
-        given: dict[str, Any] = dict(parameters)
-        outcome = run(
-            targets,
-            graph=graph,
-            executor=self.pool or "serial",
-            store=Store(self.cache),
-            start=start,
-            overrides=overrides,
-            progress=self.listener,
-            early=_together(self.early, early or {}),
-            **given,
-        )
-        self.outcomes.append(outcome)
-        return outcome
-
-
-def _together(first: Early, then: Early) -> Early:
-    """Merge two sets of early outputs; where both name a node, both are called, `first` first."""
-
-    def both(name: str) -> Callable[[Outcome], None]:
-        def tell(outcome: Outcome) -> None:
-            for part in (first, then):
-                if name in part:
-                    part[name](outcome)
-
-        return tell
-
-    return {name: both(name) for name in {**first, **then}}
-
-
 # --- the tasks
 
 
@@ -156,6 +94,11 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     parameters = photo_parameters(store, folder / ORIGINAL, corrections=saved(folder))
     outcome = run("subject", executor="serial", store=store, **parameters)
     subject = outcome.get("subject", Subject)
+    if (clear := int((subject.keypoints[:, 2] > CLEAR).sum())) < LEAST_CLEAR:
+        raise InputError(
+            f"the person in this photo is not clear enough ({clear} of {len(subject.keypoints)} "
+            "points of the body are seen); choose a photo that shows one person whole"
+        )
     if not folder.is_dir():
         raise InputError("the photo was removed")
     with atomic_path(folder / MASK) as temporary:
@@ -213,80 +156,40 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     dict
         "files" with their sizes in bytes, "notes", "times" of nodes for the next estimates.
     """
-    from a2v.rendering import write_page
-    from pipelines.nodes.values import Blob
-
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
     clock = Clock(
         frames=wish.frames,
         pictures=wish.frames * len(wish.views),
         samples=wish.size**2 * wish.spp,
-        known=task["known"],
+        known=True,
         measured=task["times"],
     )
-    shown, last = list[str](), dict[str, object]()
 
     def hear(update: Update) -> None:
-        last.update(said := clock.take(update))
-        last["stage"] = str(said["stage"]).capitalize()
-        tell({"progress": last | {"shown": shown}})
+        said = clock.take(update)
+        tell({"progress": said | {"stage": str(said["stage"]).capitalize()}})
 
-    def show(stage: str) -> None:
-        shown.append(stage)
-        tell({"progress": last | {"shown": shown}})
-
-    def move(outcome: Outcome) -> None:
-        glb = bytes(outcome.store.get(outcome.values["glb"], Blob))
-        write_page(folder / TURN, glb, title=wish.action)
-        show("moving")
-
-    early = {**pictures(folder, show), "glb": move}
-    running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear, early=early)
+    running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear)
     request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
     make(request, str(folder), running)
     outcome = running.outcomes[-1]
-    spent = {
-        name: stats.span[1] - stats.span[0]
-        for name, stats in outcome.nodes.items()
-        if not stats.cached and stats.span[1] > stats.span[0]
-    }
     files = {
         str(path.relative_to(folder)): path.stat().st_size
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-    hidden = ("job.json", TURN, LIVE, *STAGES.values())
     return {
         "files": {
             name: size
             for name, size in files.items()
-            if name not in hidden and not Path(name).name.startswith(".")
+            if name != "job.json" and not Path(name).name.startswith(".")
         },
         "notes": list(outcome.notes),
-        "times": clock.measured(spent),
-        "known": set(STILL) <= set(outcome.nodes),
+        "times": clock.measured(spent(outcome)),
     }
 
 
 # --- the process
-
-
-def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
-    """Write the character with the motion of a finished video for another tool.
-
-    Returns
-    -------
-    dict
-        "files" with their sizes in bytes.
-    """
-    folder, wish = Path(task["folder"]), Wish.of(task["wish"])
-    request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
-    target = folder / "exports" / f"{task['rig']}{task['format']}"
-    running = Watched(cache=task["cache"], quiet=True)
-    paths = write(request, wish.action, target, str(task["rig"]), running)
-    if not folder.is_dir():
-        raise InputError("the video was removed")
-    return {"files": {str(path.relative_to(folder)): path.stat().st_size for path in paths}}
 
 
 def main(make: Make, write: Write) -> None:
@@ -306,6 +209,15 @@ def serve(
         return look(task, tell)
     if task["task"] == "outline":
         return outline(task)
+    if task["task"] == "person":
+        return wake(task, tell)
+    if task["task"] == "play":
+        return play(task)
+    if task["task"] == "ready":  # loads the sample's body, and what motions need
+        play({"folder": "", "clip": None, "wish": Wish(action=IDLE).said(), "cache": None})
+        return {}
+    if task["task"] == "still":
+        return still(task)
     if task["task"] == "export":
         return export(task, write)
     if not pools:

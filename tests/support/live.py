@@ -1,4 +1,4 @@
-"""A server with one finished job whose character is driven live, and a camera made of pictures."""
+"""A server with one person who is driven live, and a camera made of pictures."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from PIL import Image
 
 from a2v.animation import bind
 from a2v.body import load_body_model, make_body
+from a2v.formats.gltf import write_glb
 from a2v.geometry.mesh import vertex_normals
 from a2v.types import ByteArray, Character, Surface
 from pipelines.serve.app import make_app
 from pipelines.serve.desk import Desk
+from pipelines.serve.figure import BODY
 from pipelines.serve.live import Live
 from pipelines.serve.live_child import main
-from pipelines.serve.records import Library
-from pipelines.serve.wishes import Wish
+from pipelines.serve.records import PERSON, Library
 from tests.support.page import ready
 
 DRIVE = "from tests.support.live import drive; drive()"
@@ -66,13 +67,14 @@ def write_camera(path: Path, images: Sequence[ByteArray]) -> None:
 
 @contextmanager
 def live_server(folder: Path, code: str = DRIVE, vmc: int = 0) -> Iterator[tuple[str, str]]:
-    """The address of a server with one finished job, and the job's name."""
+    """The address of a server with one person, and the photo's name."""
     library = Library(folder)
     photo = ready(library)
-    job = library.add_job(photo, Wish(action="Walk", model="cmu"))
-    job.status, job.files = "done", {"report.json": 2}
-    library.keep(job)
-    (library.place(job) / "report.json").write_text("{}", encoding="utf-8")
+    place = library.place(photo)
+    character = plain_character()
+    moves = np.repeat(character.body.bone_transforms[None], 3, axis=0)
+    write_glb(place / PERSON, character, {"Idle": (moves, 10.0)})
+    character.body.save(place / BODY)
     desk = Desk(library, "", cache=str(folder / "store"))
     started = threading.Event()
     app = make_app(desk, Live(desk, code, vmc), TOKEN, started.set)
@@ -84,7 +86,7 @@ def live_server(folder: Path, code: str = DRIVE, vmc: int = 0) -> Iterator[tuple
         thread.join(0.05)
     port = server.servers[0].sockets[0].getsockname()[1]
     try:
-        yield f"http://127.0.0.1:{port}/{TOKEN}/", job.id
+        yield f"http://127.0.0.1:{port}/{TOKEN}/", photo.id
     finally:
         server.should_exit = True
         thread.join(30)

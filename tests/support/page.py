@@ -20,7 +20,7 @@ from PIL import Image
 
 from pipelines.engine.forget import ref_of
 from pipelines.nodes.values import Blob
-from pipelines.serve.records import Library, Photo
+from pipelines.serve.records import PERSON, Library, Photo
 from pipelines.serve.talk import ORIGINAL
 from tests.support.uploads import picture
 
@@ -83,9 +83,10 @@ def arrived(library: Library, data: bytes, title: str, **facts: Any) -> Photo:
 
 
 def ready(library: Library) -> Photo:
-    """A photo whose person is ready; nothing was computed."""
+    """A photo whose person is made; nothing was computed."""
     photo = arrived(library, picture(), "somebody")
-    photo.status = "ready"
+    photo.status, photo.known = "ready", True
+    (library.place(photo) / PERSON).write_bytes(b"glTF")
     library.keep(photo)
     return photo
 

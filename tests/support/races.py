@@ -25,7 +25,7 @@ from a2v.samples.ready import PHOTO
 from pipelines.commands.serve import COMPUTE
 from pipelines.serve.desk import Desk
 from pipelines.serve.live import Live
-from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.records import Library, Photo
 from pipelines.serve.talk import ORIGINAL, Tell, answer
 from pipelines.serve.wishes import Wish
 from tests.support.page import arrived
@@ -46,7 +46,7 @@ def write() -> None:
 def _work(task: Mapping[str, Any], tell: Tell) -> dict[str, object] | None:
     if task["task"] == "warm":
         return None
-    if task["task"] in ("open", "look", "video", "outline", "export"):
+    if task["task"] in ("open", "look", "person", "video", "outline", "export", "play"):
         _work.folder = Path(task["folder"])  # type: ignore[attr-defined]
     folder: Path = _work.folder  # type: ignore[attr-defined]
     for number in range(STEPS):
@@ -89,20 +89,21 @@ def busy(
             await asyncio.sleep(0.01)
             desk.correct(photo, CORRECTED)
 
-    async def recorded(job: Job) -> None:
-        await live.open(job)
+    async def recorded() -> None:
+        await live.open(photo)
         await live.record(True)
         await live.record(False)
 
-    async def exported(job: Job) -> None:
-        await desk.export(job, "mixamo", ".glb")
+    async def exported() -> None:
+        await desk.cast.play(photo, WISH)
+        await desk.cast.export(photo, WISH, "mixamo", ".glb")
 
     if number % 3:
-        photo.status = "ready"
+        photo.status, photo.known = "ready", number % 2 == 0
         done, _ = library.add_job(photo, WISH), library.add_job(photo, WISH)
         done.status = "done"
         library.keep(done)
-        work += [exported(done)] if number % 3 == 1 else [recorded(done)]
+        work += [exported()] if number % 3 == 1 else [recorded()]
         work += [corrected()] if number % 2 else []
     work += [further(), filmed()]
     desk.wake()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 from collections.abc import Callable, Mapping
@@ -18,6 +19,8 @@ from a2v.body import load_body_model, make_body
 from a2v.formats.gltf import write_glb
 from a2v.geometry.mesh import vertex_normals
 from a2v.rendering import write_page, write_video
+from pipelines.serve.figure import QUATS
+from pipelines.serve.stages import packed
 from pipelines.serve.wishes import Wish
 from tests.support.page import ROOT
 
@@ -28,16 +31,13 @@ STATES: Mapping[str, dict[str, Any]] = {
     "2": {"status": "done", "action": "Walk", "seed": 1},
     "3": {"status": "failed", "action": "Jump", "problem": "The disk is full; free some space."},
     "4": {"status": "cancelled", "action": "Salsa"},
-    "5": {"status": "running", "action": "Run, then bow", "shown": ["body", "surface"]},
-    "6": {
-        "status": "running",
-        "action": "Wave",
-        "shown": ["body", "surface", "textured", "moving"],
-    },
+    "5": {"status": "running", "action": "Run, then bow"},
     "7": {"status": "waiting", "action": "Sit", "place": 1},
     "8": {"status": "waiting", "action": "Backflip", "place": 2},
 }
 """Jobs by the digit of their identity."""
+TRIANGLE = packed(np.eye(3, dtype=np.float32), np.array([[0, 1, 2]]), np.ones((3, 3), np.float32))
+"""A shape that is made."""
 FILES = {
     "video.mp4": 812_345,
     "front.mp4": 190_000,
@@ -47,18 +47,6 @@ FILES = {
     "motion.npz": 90_000,
     "preview.html": 5_412_000,
     "report.json": 31_000,
-}
-STILL = b"<!DOCTYPE html><html lang=en><title>still</title><main>the character</main></html>"
-REPORT = {
-    "nodes": {
-        "photo_body": {
-            "measures": {
-                "camera": {"distance": 3.42, "distance_from": "fitted", "field_of_view": 41.0},
-                "limb_errors": {"left_lower_arm": 0.06, "right_upper_leg": 0.21},
-                "second_photo": "left",
-            }
-        }
-    }
 }
 
 
@@ -71,16 +59,26 @@ def striped() -> Character:
     return bind(Surface(vertices=vertices, faces=body.faces, colors=colors), body)
 
 
+def moved(character: Character, moves: np.ndarray) -> dict[str, Any]:
+    """The answer of the server about a motion: the person stands."""
+    bones = len(character.body.bone_names)
+    whole = np.tile(np.array([0, 0, 0, QUATS], "<i2"), (len(moves), bones, 1))
+    place = np.tile(moves[:, 0, :3, 3], (1, 1)).ravel().round(4).tolist()
+    return {
+        "fps": 10.0, "frames": len(moves), "place": place, "face": {},
+        "bones": base64.b64encode(whole.tobytes()).decode(),
+    }  # fmt: skip
+
+
 class Screens:
     """Invented photos and jobs, their files, and the screens that show them.
 
     Parameters
     ----------
     folder : where ``preview.html``, ``both.html`` (with a video) and their parts are written
-    moving : whether jobs show the character, which needs much processor time, or a still page
     """
 
-    def __init__(self, folder: Path, *, moving: bool = False) -> None:
+    def __init__(self, folder: Path) -> None:
         character = striped()
         moves = np.repeat(character.body.bone_transforms[None], 3, axis=0)
         write_glb(folder / "c.glb", character, {"walk": (moves, 10.0)})
@@ -89,7 +87,7 @@ class Screens:
         write_video(folder / "v.mp4", [frame] * 3, 10.0)
         write_page(folder / "both.html", folder / "c.glb", folder / "v.mp4", title="Walk")
         self.folder = folder
-        self._turn = (folder / "preview.html").read_bytes() if moving else STILL
+        self._motion = moved(character, moves)
         with Image.open(SAMPLE) as opened:
             picture = opened.convert("RGB")
         picture.thumbnail((900, 900))
@@ -98,7 +96,7 @@ class Screens:
         picture.save(self._photo, "jpeg")
         Image.new("RGBA", picture.size, (0, 0, 0, 90)).save(self._mask, "png")
 
-    def state(self, *, jobs: bool = True, bad: bool = False) -> dict[str, Any]:
+    def state(self, *, jobs: bool = True, bad: bool = False, made: bool = True) -> dict[str, Any]:
         """The answer of the server about its records."""
         width, height = self.size
         grid = [[0.3 + 0.4 * (i % 6) / 5, 0.1 + 0.8 * (i // 6) / 5] for i in range(33)]
@@ -111,7 +109,12 @@ class Screens:
             "width": width,
             "height": height,
             "landmarks": [[u * width, v * height, 0.9] for u, v in grid],
-            "known": True,
+            "known": made,
+            "notes": ["the pose was not understood: expect a wrong shape"] if made else [],
+            "files": {"exports/anny.glb": 3_912_345, "live/live-1.bvh": 90_000} if made else {},
+            "progress": None
+            if made
+            else {"stage": "Surface", "share": 0.4, "left": 31.0, "shown": ["body"]},
             "people": [[0.1, 0.1, 0.5, 0.9], [0.5, 0.1, 0.9, 0.9]],
             "corrected": True,
             "looks": 1,
@@ -131,11 +134,12 @@ class Screens:
 
     def _job(self, digit: str, how: Mapping[str, Any]) -> dict[str, Any]:
         status, done = how["status"], how["status"] == "done"
-        progress = {"stage": "The surface", "share": 0.4, "left": 31.0, "shown": how.get("shown")}
+        progress = {"stage": "Frames 3 of 12", "share": 0.4, "left": 31.0}
         return {
             "id": digit * 16,
             "photo": PHOTO,
             "wish": Wish(action=how["action"], seed=how.get("seed", 0)).said(),
+            "title": how["action"],
             "created": float(digit),
             "status": status,
             "problem": how.get("problem", ""),
@@ -146,6 +150,9 @@ class Screens:
             "progress": progress if status == "running" else None,
         }
 
+    def _still(self) -> dict[str, str]:
+        return {"picture": base64.b64encode(self._photo.getvalue()).decode()}
+
     def serve(self, page: Page, state: Mapping[str, Any]) -> None:
         """Answer for the server about photos and jobs."""
         answers: Mapping[str, tuple[str, bytes]] = {
@@ -153,9 +160,10 @@ class Screens:
             "api/photos/*/corrections": ("application/json", b'{"units": "fractions"}'),
             "photos/*/mask.png?1": ("image/png", self._mask.getvalue()),
             "photos/*/*.jpg*": ("image/jpeg", self._photo.getvalue()),
-            "jobs/*/stage_*.jpg": ("image/jpeg", self._photo.getvalue()),
-            "jobs/*/turn.html": ("text/html", self._turn),
-            "jobs/*/report.json": ("application/json", json.dumps(REPORT).encode()),
+            "photos/*/stage_*.bin*": ("application/octet-stream", TRIANGLE),
+            "photos/*/person.glb*": ("model/gltf-binary", (self.folder / "c.glb").read_bytes()),
+            "api/people/*/still": ("application/json", json.dumps(self._still()).encode()),
+            "api/people/*/play": ("application/json", json.dumps(self._motion).encode()),
             "jobs/*/*.mp4": ("video/mp4", (self.folder / "v.mp4").read_bytes()),
         }
 
@@ -174,16 +182,15 @@ def unfold(page: Page) -> None:
             summary.click()
 
 
-def _tab(name: str) -> Callable[[Page], None]:
+def _export(name: str) -> Callable[[Page], None]:
     def press(page: Page) -> None:
-        page.locator(f"#job-{'1' * 16}").get_by_role("tab", name=name).click()
+        page.locator("body[data-person]").wait_for()
+        page.locator("#export").click()
+        page.get_by_role("tab", name=name).click()
+        for summary in page.locator("#exporting summary").all():
+            summary.click()
 
     return press
-
-
-def _files(page: Page) -> None:
-    _tab("Files")(page)
-    unfold(page)
 
 
 def _camera(page: Page) -> None:
@@ -191,6 +198,7 @@ def _camera(page: Page) -> None:
 
 
 def _correct(page: Page) -> None:
+    page.locator("#person").evaluate("item => { item.open = true; }")
     page.locator("#correct").click()
     for summary in page.locator("#fixing summary").all():
         summary.click()
@@ -198,20 +206,21 @@ def _correct(page: Page) -> None:
 
 def _words(page: Page) -> None:
     page.locator("#action").fill("walk, then jump")
-    page.locator("#understood .chip").first.click()
+    page.locator("#chips .chip").first.click()
 
 
 SCREENS: Mapping[str, tuple[dict[str, bool] | None, Callable[[Page], None]]] = {
     "empty": (None, lambda page: None),
     "unfolded": (None, unfold),
-    "photo": ({"jobs": False}, _words),
+    "acting": ({"jobs": False}, _words),
+    "making": ({"jobs": False, "made": False}, unfold),
     "broken": ({"jobs": False, "bad": True}, lambda page: None),
     "camera": ({"jobs": False}, _camera),
     "correct": ({"jobs": False}, _correct),
-    "jobs": ({}, unfold),
-    "character": ({}, _tab("Character")),
-    "files": ({}, _files),
-    "compare": ({}, _tab("Compare")),
+    "films": ({}, unfold),
+    "clip": ({"jobs": False}, _export("Clip")),
+    "film": ({"jobs": False}, _export("Film")),
+    "character": ({"jobs": False}, _export("Person")),
 }
 """By name: arguments of `Screens.state` (None: the server's own, which has no record), and what is
 pressed."""
@@ -223,9 +232,10 @@ def show(page: Page, screens: Screens, address: str, name: str) -> None:
     page.unroute_all()
     if told is not None:
         screens.serve(page, screens.state(**told))
-    page.goto(address)
+    page.goto("about:blank")  # or a change of the fragment alone would not load the page
+    page.goto(address if told is None else f"{address}#photo={PHOTO}")
     page.locator("body[data-ready=yes]").wait_for()
     if told is not None:
-        page.locator("#shown[src]").wait_for()
+        page.locator("#shown[src]").wait_for(state="attached")
     press(page)
     page.wait_for_timeout(300)

@@ -2,37 +2,36 @@
 import { ask, byId, duration, say } from "./tools.js";
 
 export class Clip {
-  /** `photo` and `choices` give the chosen photo and the server's limits; `changed` hears that something is new. */
-  constructor(photo, choices, changed) {
+  /** `photo` and `choices` give the chosen photo and the server's limits; `changed` hears that something is new, `use` that the motion is wanted. */
+  constructor(photo, choices, changed, use) {
+    this.use = use;
     const problem = byId("clip-problem"), file = byId("clip-file");
     file.onchange = async () => {
       const sent = file.files[0], now = photo();
       file.value = "";
       if (!sent) return;
-      if (!now) { say(problem, "Choose a photo first."); return; }
+      if (!now) { say(problem, "Add a photo first: the person of the photo takes over the motion."); return; }
       const limit = choices().clip;
       if (sent.size > limit) { say(problem, `This is larger than ${limit >> 20} MB; send a shorter video.`); return; }
       say(problem, "");
       byId("clip").setAttribute("aria-busy", "true");
       try {
         await ask(`api/photos/${now.id}/clip?name=${encodeURIComponent(sent.name)}`, { method: "POST", body: sent });
-        byId("clip-use").checked = true;
+        use(sent.name.replace(/\.[^.]*$/, "") || "video");
       } catch (error) { say(problem, error.message); }
       byId("clip").removeAttribute("aria-busy");
       changed();
     };
     byId("clip-remove").onclick = async () => {
       try { await ask(`api/photos/${photo().id}/clip`, { method: "DELETE" }); } catch (error) { say(problem, error.message); return; }
-      byId("clip-use").checked = false;
       changed();
     };
   }
 
-  /** Whether the motion of the video is requested. */
-  get used() { return byId("clip-use").checked && !byId("clip-use-label").hidden; }
-
   show(photo) {
-    byId("clip-use-label").hidden = byId("clip-remove").hidden = !photo.clip;
-    byId("clip-name").textContent = `use the motion of ${photo.clip_title}${photo.clip_seconds ? ` (${duration(photo.clip_seconds)})` : ""}`;
+    const has = Boolean(photo && photo.clip);
+    byId("clip-use").hidden = byId("clip-remove").hidden = !has;
+    byId("clip-use").textContent = has ? `Do what happens in ${photo.clip_title} (${duration(photo.clip_seconds || 1)})` : "";
+    byId("clip-use").onclick = () => this.use(photo.clip_title);
   }
 }

@@ -1,7 +1,7 @@
-// The actions as small moving figures. They are drawn while they can be seen; one stop for the Tab key, arrows go from one to the next.
+// The actions as small figures; the one under the pointer or the focus moves. One stop for the Tab key, arrows go from one to the next.
 import { make } from "./tools.js";
 
-const SIDE = 72, SHOWN_AT_ONCE = 24, PAUSE = 80;  // pixels, figures, milliseconds between two drawings
+const SIDE = 72, PAUSE = 60, MOMENT = 0.8;  // pixels, milliseconds between two drawings, seconds of a figure at rest
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let book = null;
 
@@ -40,39 +40,50 @@ function draw(canvas, bytes, time) {
 }
 
 export class Gallery {
-  /** `pick` hears the name of the action that was chosen. */
-  constructor(element, pick) {
+  /** `pick` hears which action was chosen, `look` which one is under the pointer, null for none. */
+  constructor(element, pick, look) {
     this.element = element;
     this.pick = pick;
+    this.look = look;
+    this.known = "";
     this.seen = new Set();
     this.drawn = new WeakSet();
-    this.resting = false;  // while a video is made, only the figure under the pointer or the focus moves: drawing all of them takes a core without a GPU
     this.watcher = new IntersectionObserver(entries => {
       for (const { target, isIntersecting } of entries) isIntersecting ? this.seen.add(target) : this.seen.delete(target);
       this.tick();
     }, { root: element });
     element.onkeydown = event => this.move(event);
+    element.onpointerover = element.onfocusin = () => this.tick();
     document.addEventListener("visibilitychange", () => this.tick());
   }
 
-  show(model, names) {
+  /** Show the actions of a theme whose words match a text; all of them where none does. */
+  show(entries, text, theme = "") {
+    const wanted = text.trim().toLowerCase().split(/\s+/).filter(Boolean), own = entries.filter(entry => !theme || entry.theme === theme);
+    const matching = own.filter(entry => wanted.every(word => `${entry.title} ${entry.theme}`.toLowerCase().includes(word)));
+    const shown = matching.length ? matching : own, now = JSON.stringify(shown.map(entry => entry.name));
+    if (now === this.known) return;
+    this.known = now;
     this.watcher.disconnect();
     this.seen.clear();
-    this.model = model;
     const sharp = Math.min(2, Math.max(1, devicePixelRatio || 1));
-    this.element.replaceChildren(...names.map((name, index) => {
-      const button = make("button", { type: "button", className: "figure", tabIndex: index ? -1 : 0 });
+    this.element.replaceChildren(...shown.map((entry, index) => {
+      const button = make("button", { type: "button", className: "figure", tabIndex: index ? -1 : 0, title: entry.note });
       const canvas = make("canvas", { width: SIDE * sharp, height: SIDE * sharp });
       canvas.setAttribute("aria-hidden", "true");
-      canvas.dataset.action = name;
-      button.append(canvas, make("span", {}, name));
-      button.onclick = () => this.pick(name);
+      canvas.dataset.action = entry.name;
+      button.append(canvas, make("span", {}, entry.title));
+      button.onclick = () => { this.chosen = true; this.pick(entry); };
+      button.onpointerenter = event => { if (event.pointerType === "mouse") { this.chosen = false; this.look(entry); } };
+      button.onpointerleave = event => { if (event.pointerType === "mouse" && !this.chosen) this.look(null); };
       this.watcher.observe(canvas);
       return button;
     }));
-    if (!names.length) this.element.textContent = "No action matches.";
     this.tick();
   }
+
+  /** Press the action at a place in the gallery. */
+  press(index) { this.element.querySelectorAll("button")[index]?.click(); }
 
   move(event) {
     const buttons = [...this.element.querySelectorAll("button")], at = buttons.indexOf(document.activeElement);
@@ -84,21 +95,25 @@ export class Gallery {
     buttons[at].tabIndex = -1;
     to.tabIndex = 0;
     to.focus();
+    this.tick();
   }
 
+  /** Draw each figure once; the one under the pointer or the focus moves. */
   tick() {
     if (this.running) return;
     this.running = true;
     const step = now => {
       const own = book && book.actions;
-      if (own) [...this.seen].slice(0, SHOWN_AT_ONCE).forEach(canvas => {
-        const moving = !this.resting || !this.drawn.has(canvas) || canvas.parentElement.matches(":hover, :focus-visible");
-        if (!moving || !own[canvas.dataset.action]) return;
-        draw(canvas, own[canvas.dataset.action], still.matches ? 0.8 : now / 1000);
+      let moving = false;
+      if (own) for (const canvas of this.seen) {
+        const moves = !still.matches && canvas.parentElement.matches(":hover, :focus-visible");
+        moving ||= moves;
+        if (!own[canvas.dataset.action] || this.drawn.has(canvas) && !moves) continue;
+        draw(canvas, own[canvas.dataset.action], moves ? now / 1000 : MOMENT);
         this.drawn.add(canvas);
-      });
-      if (document.hidden || !this.seen.size || (own && still.matches)) { this.running = false; return; }
-      setTimeout(() => requestAnimationFrame(step), PAUSE);
+      }
+      this.running = false;
+      if (!document.hidden && this.seen.size && !still.matches && (moving || !own || this.element.matches(":hover, :focus-within"))) setTimeout(() => this.tick(), PAUSE);
     };
     requestAnimationFrame(step);
   }

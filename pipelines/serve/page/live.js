@@ -4,17 +4,18 @@ import { ask, make, say } from "./tools.js";
 const SIDE = 480, QUALITY = 0.75, AT_ONCE = 2;
 const STATE = { nobody: "No person is visible. Step back until you are seen from head to feet.", warming: "Measuring you: stand upright for a second.", driven: "" };
 
-/** The controls of the live mode for a job's character, which is shown in `frame`. */
-export function liveControls(id, frame, changed) {
-  if (!(navigator.mediaDevices && navigator.mediaDevices.getUserMedia)) return [];
-  return new Live(id, frame, changed).elements;
+/** Put the controls of the live mode into `box`, for the person `id` on `stage`; `able` tells whether the person is made. */
+export function liveControls(box, id, stage, able, changed) {
+  const live = new Live(id, stage, able, changed);
+  box.replaceChildren(...(navigator.mediaDevices && navigator.mediaDevices.getUserMedia ? live.elements : []));
+  return live;
 }
 
 class Live {
-  constructor(id, frame, changed) {
-    Object.assign(this, { id, frame, changed, session: "", stream: null, waiting: 0, recording: false });
-    this.start = make("button", { type: "button" }, "Live");
-    this.start.title = "The camera of this machine drives the character";
+  constructor(id, stage, able, changed) {
+    Object.assign(this, { id, stage, able, changed, session: "", stream: null, waiting: 0, recording: false });
+    this.start = make("button", { type: "button" }, "Live camera");
+    this.start.title = "The camera of this machine moves the person";
     this.record = make("button", { type: "button", hidden: true }, "Record");
     this.mirror = make("input", { type: "checkbox", checked: true });
     this.label = make("label", { hidden: true });
@@ -35,17 +36,17 @@ class Live {
   }
 
   async begin() {
-    say(this.problem, "");
+    say(this.problem, this.able() ? "" : "Add a photo first, and wait until the person is made.");
+    if (!this.able()) return;
     this.start.disabled = true;
-    this.state.textContent = "Loading the character…";
+    this.state.textContent = "Preparing the camera…";
     try {
       this.stream = await navigator.mediaDevices.getUserMedia({ video: { width: { ideal: 640 }, height: { ideal: 480 }, frameRate: { ideal: 30 } }, audio: false });
       this.video.srcObject = this.stream;
       await this.video.play();
-      const { session, vmc } = await ask(`api/jobs/${this.id}/live`, { method: "POST" });
+      const { session, vmc } = await ask(`api/people/${this.id}/live`, { method: "POST" });
       this.session = session;
-      this.frame.src = `jobs/${this.id}/live.html`;
-      this.vmc = vmc ? ` Sent as VMC to port ${vmc}.` : "";
+      this.vmc = vmc ? ` Also sent to other programs of this machine, port ${vmc}.` : "";
     } catch (error) {
       await this.stop();
       say(this.problem, error.name === "NotAllowedError" || error.name === "NotFoundError" ? `The camera cannot be used: ${error.message}.` : error.message);
@@ -61,7 +62,6 @@ class Live {
   /** Send the newest picture as soon as fewer than `AT_ONCE` wait for their answers. */
   async loop() {
     while (this.session) {
-      if (!this.frame.isConnected) { this.stop(); return; }
       if (this.waiting < AT_ONCE && this.video.videoWidth) { this.waiting++; this.send(await this.picture(), performance.now() - this.begun).finally(() => { this.waiting--; }); }
       await new Promise(done => setTimeout(done, 15));
     }
@@ -82,7 +82,7 @@ class Live {
     try {
       const told = await ask(`api/live/${session}/frame?time=${(at / 1000).toFixed(4)}`, { method: "POST", body: blob });
       if (session !== this.session) return;
-      if (told.state === "driven") this.frame.contentWindow.postMessage({ a2v: "live", bones: told.bones, place: told.place }, "*");
+      if (told.state === "driven") this.stage.drive(told);
       this.tell(told);
     } catch (error) {
       if (session === this.session) { await this.stop(); say(this.problem, error.message); }
@@ -106,10 +106,10 @@ class Live {
     say(this.problem, "");
     try {
       const on = !this.recording;
-      say(this.note, on ? "" : "Writing the motion…");
+      say(this.note, on ? "" : "Keeping the motion…");
       await ask(`api/live/${this.session}/record`, { method: "POST", body: JSON.stringify({ on }) });
       this.recording = on;
-      if (!on) { say(this.note, "The motion is among the files of this video."); this.changed(); }
+      if (!on) { say(this.note, "The motion is among the files of this person."); this.changed(); }
     } catch (error) { this.recording = false; say(this.note, ""); say(this.problem, error.message); }
     this.record.textContent = this.recording ? "Keep the recording" : "Record";
     this.record.disabled = false;
@@ -122,7 +122,8 @@ class Live {
     if (this.stream) this.stream.getTracks().forEach(track => track.stop());
     this.stream = null;
     this.video.srcObject = null;
-    this.start.textContent = "Live";
+    this.start.textContent = "Live camera";
+    if (session && this.stage) this.stage.live = null;
     this.record.textContent = "Record";
     this.record.hidden = this.label.hidden = true;
     this.state.textContent = "";

@@ -1,124 +1,162 @@
-// The page shows the state of the server, which it requests repeatedly; text from outside never becomes markup.
+// The page: people, what they do, and the state of the server, which it requests repeatedly; text from outside never becomes markup.
 import { Camera } from "./camera.js";
 import { Clip } from "./clip.js";
-import { Corrector } from "./correct.js";
+import { Exporter } from "./export.js";
+import { Films } from "./films.js";
 import { Gallery, loadFigures } from "./gallery.js";
-import { Ground } from "./ground.js";
-import { JobCard } from "./job.js";
-import { ask, byId, make, say, size } from "./tools.js";
+import { simpler } from "./ground.js";
+import { liveControls } from "./live.js";
+import { Performance } from "./performance.js";
+import { PhotoPanel, gradeOf } from "./photo.js";
+import { Stage, unpacked } from "./stage.js";
+import { ask, byId, duration, make, say, size } from "./tools.js";
 
-const BONES = [
-  [11, 12], [11, 23], [12, 24], [23, 24], [11, 13], [13, 15], [12, 14], [14, 16], [23, 25], [25, 27], [24, 26], [26, 28],
-  [27, 29], [29, 31], [27, 31], [28, 30], [30, 32], [28, 32], [15, 17], [15, 19], [15, 21], [16, 18], [16, 20], [16, 22],
-];
-const FIRST_ACTION = "Walk";  // chosen with the first photo, so that one more click makes a video
-let choices = null, state = { photos: [], jobs: [] };
-let chosen = new URLSearchParams(location.hash.slice(1)).get("photo");
-const cards = new Map();
-
-// --- the photo
+const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["outline", ...SHAPES, "moving"];
+const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: "Colors", moving: "Alive" };
+const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+let choices = null, state = { photos: [], jobs: [] }, stage = null;
+let chosen = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
+let answered = false;  // whether the server has told its state
+let onStage = "";  // whose person stands on the stage
+let formed = "";  // which stages of which photo were shown
 
 const photoOf = id => state.photos.find(photo => photo.id === id);
-const choose = id => {
+const acting = () => (onStage === SAMPLE || onStage === chosen ? onStage : "");  // who can act now
+
+function choose(id) {
   chosen = id;
-  history.replaceState(null, "", id ? `#photo=${id}` : location.pathname);
-  showPhotos();
-};
+  history.replaceState(null, "", id === SAMPLE ? location.pathname : `#photo=${id}`);
+  say(byId("problem"), "");
+  showPeople();
+}
+
+// --- photos
 
 async function upload(blob, name) {
   if (!blob) return;
-  if (choices && blob.size > choices.upload) return say(byId("photo-problem"), `This is larger than ${choices.upload >> 20} MB; send a smaller photo.`);
+  if (blob.type && !blob.type.startsWith("image/")) return refuse("This is no photo. Choose a JPEG or PNG of one person.");
+  if (choices && blob.size > choices.upload) return refuse(`This is larger than ${choices.upload >> 20} MB; choose a smaller photo.`);
   await send(`api/photos?name=${encodeURIComponent(name || "photo")}`, { method: "POST", body: blob });
 }
 
+/** A photo that cannot be used replaces the one before: nothing of that stays in sight. */
+function refuse(text) {
+  choose(SAMPLE);
+  say(byId("problem"), text);
+}
+
 async function send(address, how) {
-  const problem = byId("photo-problem");
-  say(problem, "");
+  say(byId("problem"), "");
   say(byId("forgotten"), "");
-  byId("drop").classList.add("busy");
-  byId("seen-text").textContent = "";
+  document.body.classList.add("busy");
+  byId("doing").textContent = "Opening the photo…";
+  let photo = null;
   try {
-    const photo = await ask(address, how);
+    photo = await ask(address, how);
     asked += 1;  // an answer under way does not know this photo
     state.photos.push(photo);
     choose(photo.id);
-    if (!action.value.trim()) { action.value = FIRST_ACTION; read(); }
     poll();
-  } catch (error) { say(problem, error.message); }
-  byId("drop").classList.remove("busy");
+  } catch (error) { refuse(error.message); }
+  byId("doing").textContent = "";
+  document.body.classList.remove("busy");
+  return photo;
 }
 
 let drawn = "";
-function showPhotos() {
+function showPeople() {
+  if (!answered && chosen !== SAMPLE) return;  // the server has not told yet who is here
+  if (chosen !== SAMPLE && !photoOf(chosen)) chosen = SAMPLE;
   const now = JSON.stringify([chosen, state.photos]);
   if (now === drawn) return;
   drawn = now;
-  if (!photoOf(chosen)) chosen = state.photos.length ? state.photos[state.photos.length - 1].id : null;
-  byId("photos").replaceChildren(...[...state.photos].reverse().map(photo => {
-    const button = make("button", { type: "button", title: photo.title });
-    button.setAttribute("aria-pressed", photo.id === chosen);
-    button.setAttribute("aria-label", `photo ${photo.title}`);
-    button.append(photo.width ? make("img", { src: `photos/${photo.id}/photo.jpg`, alt: "" }) : "…");
-    button.onclick = () => choose(photo.id);
+  const face = (id, title, picture) => {
+    const button = make("button", { type: "button", title });
+    button.setAttribute("aria-pressed", id === chosen);
+    button.setAttribute("aria-label", title);
+    button.append(picture ? make("img", { src: picture, alt: "" }) : "…");
+    button.onclick = () => choose(id);
     return button;
-  }));
-  byId("photos").hidden = state.photos.length < 2;
-  const photo = photoOf(chosen);
-  byId("chosen").hidden = !photo;
-  byId("drop").classList.toggle("small", Boolean(photo));
-  if (photo) showPhoto(photo);
-}
-
-function showPhoto(photo) {
-  const seen = photo.status === "ready", shown = byId("shown"), mask = byId("mask"), bones = byId("bones");
-  const address = photo.width ? `photos/${photo.id}/photo.jpg` : "";
-  if (shown.getAttribute("src") !== address) address ? shown.setAttribute("src", address) : shown.removeAttribute("src");
-  shown.alt = photo.title;
-  const look = `photos/${photo.id}/mask.png?${photo.looks}`;
-  if (seen && mask.getAttribute("src") !== look) mask.src = look;
-  mask.hidden = !seen || !byId("show-mask").checked;
-  bones.toggleAttribute("hidden", !seen || !byId("show-bones").checked);  // an SVG has no property of that name
-  if (seen) drawBones(bones, photo);
-  byId("correct").hidden = !seen;
-  byId("further").hidden = !seen;
-  byId("more-photos").replaceChildren(...photo.more.map((digest, index) => make("img", { src: `photos/${photo.id}/more-${index + 1}.jpg?${digest}`, alt: `further photo ${index + 1}` })));
-  byId("less").hidden = !photo.more.length;
-  clip.show(photo);
-  byId("look-again").hidden = photo.status !== "unusable";
-  document.querySelectorAll("#layers-row .check").forEach(label => { label.hidden = !seen; });
-  const sure = photo.landmarks.filter(point => point[2] > 0.5).length;
-  byId("seen-text").textContent =
-    photo.status === "looking" ? "Looking for the person…" :
-    seen ? `Found the person: ${sure} of ${photo.landmarks.length} landmarks are clear.${photo.corrected ? " Corrected by you." : ""}${photo.known ? " This character is kept from an earlier video." : ""}` : "";
-  byId("warnings").replaceChildren(...photo.warnings.map(text => make("li", {}, text)));
-  say(byId("photo-problem"), photo.status === "unusable" ? photo.problem : "");
-}
-
-function drawBones(svg, photo) {
-  const space = "http://www.w3.org/2000/svg", unit = Math.max(photo.width, photo.height) / 300;
-  svg.setAttribute("viewBox", `0 0 ${photo.width} ${photo.height}`);
-  svg.style.setProperty("--bone", 1.5 * unit);
-  const parts = [], clear = index => photo.landmarks[index][2] > 0.3;
-  const add = (name, values) => {
-    const item = document.createElementNS(space, name);
-    for (const [key, value] of Object.entries(values)) item.setAttribute(key, value);
-    parts.push(item);
   };
-  for (const [a, b] of BONES) {
-    if (!clear(a) || !clear(b)) continue;
-    const [[x1, y1], [x2, y2]] = [photo.landmarks[a], photo.landmarks[b]];
-    add("line", { x1, y1, x2, y2 });
-  }
-  photo.landmarks.forEach(([cx, cy], index) => { if (clear(index)) add("circle", { cx, cy, r: 1.7 * unit, "stroke-width": 0.8 * unit }); });
-  svg.replaceChildren(...parts);
+  byId("people").replaceChildren(face(SAMPLE, "the sample person", "page/sample.webp"),
+    ...[...state.photos].reverse().map(photo => face(photo.id, photo.title, photo.width ? `photos/${photo.id}/photo.jpg` : "")));
+  const photo = photoOf(chosen);
+  panel.show(photo || null);
+  byId("export").disabled = Boolean(photo && photo.status === "unusable");
+  byId("who").textContent = photo ? photo.title : "Sample person";
+  clip.show(photo || null);
+  if (live) live.stop();
+  live = liveControls(byId("live-box"), chosen, stage, () => Boolean(photo && photo.known), () => poll());
+  showMaking(photo);
+  if (stage) bring(photo);
+}
+let live = null;
+
+/** What is known about the photo, and how far the person is. */
+function showMaking(photo) {
+  const busy = photo && photo.status !== "unusable" && !photo.known, box = byId("making");
+  box.hidden = !busy;
+  const notes = photo ? [...new Set([...(photo.status === "ready" ? [gradeOf(photo)] : []), ...photo.warnings, ...photo.notes])] : [];
+  byId("warnings").replaceChildren(...notes.slice(0, 4).map((text, index) => {
+    const item = make("li", {}, text);
+    if (photo.status === "ready" && index === Math.min(1, notes.length - 1) && notes.length > 1) {
+      const remedy = make("button", { type: "button" }, "Correct");
+      remedy.onclick = () => panel.correct();
+      item.append(" ", remedy);
+    }
+    return item;
+  }));
+  if (photo && photo.status === "unusable") say(byId("problem"), photo.problem[0].toUpperCase() + photo.problem.slice(1));
+  if (!busy) return;
+  const shown = photo.progress && photo.progress.shown || [], last = photo.status === "looking" ? -1 : Math.max(0, ...SHAPES.map((name, index) => shown.includes(name) ? index + 1 : 0));
+  byId("making-text").textContent = photo.status === "looking" ? "Looking for the person" : photo.progress ? photo.progress.stage : "Waiting for its turn";
+  byId("making-left").textContent = photo.progress && photo.progress.left ? `about ${duration(photo.progress.left)} left` : "";
+  if (photo.progress) byId("making-bar").value = photo.progress.share; else byId("making-bar").removeAttribute("value");
+  byId("making-stages").replaceChildren(...STEPS.map((name, index) => {
+    const item = make("li", { className: index <= last ? "made" : "" }, WORDS[name]);
+    if (index === last + 1) item.setAttribute("aria-current", "step");
+    return item;
+  }));
 }
 
-const drop = byId("drop"), file = byId("file");
-file.onchange = () => { upload(file.files[0], file.files[0] && file.files[0].name); file.value = ""; };
+/** Bring the chosen person on the stage, as far as it is made. */
+async function bring(photo) {
+  const id = photo ? photo.id : SAMPLE, version = photo ? `${id} ${photo.looks} ${photo.more.length}` : SAMPLE;
+  if (!photo || photo.known) {
+    if (onStage === id && bring.version === version) return;
+    const turn = bring.turn = (bring.turn || 0) + 1;
+    bring.version = version;
+    const address = photo ? `photos/${id}/person.glb?${photo.looks}${photo.more.join("")}` : "page/person.glb";
+    try { if (!(await stage.show(address, () => turn === bring.turn))) return; } catch (error) { bring.version = ""; return say(byId("problem"), `The person cannot be shown: ${error.message}`); }
+    const other = onStage !== id;
+    onStage = id;
+    formed = "";
+    kept.clear();
+    document.body.dataset.person = id;
+    if (other || performance_.parts.length) perform();
+    return;
+  }
+  bring.turn = (bring.turn || 0) + 1;
+  bring.version = "";
+  onStage = "";
+  delete document.body.dataset.person;
+  if (photo.status === "unusable") { stage.clearShapes(); formed = ""; return bring(null); }
+  const shown = SHAPES.filter(name => photo.progress && (photo.progress.shown || []).includes(name)).at(-1);
+  const now = `${id} ${photo.status} ${photo.looks} ${shown || ""}`;
+  if (now === formed || !photo.width) return;
+  const same = formed.startsWith(`${id} ready ${photo.looks}`);
+  formed = now;
+  if (!same) stage.card({ address: `photos/${id}/photo.jpg`, width: photo.width, height: photo.height }, photo.status === "ready" ? `photos/${id}/mask.png?${photo.looks}` : "");
+  if (shown) await stage.form(`photos/${id}/stage_${shown}.bin?${Date.now()}`).catch(() => {});
+}
+
+byId("file").onchange = () => { const [file] = byId("file").files; upload(file, file && file.name); byId("file").value = ""; };
 for (const name of ["dragover", "drop", "dragleave"]) {
   document.addEventListener(name, event => {
+    if (!event.dataTransfer || ![...event.dataTransfer.types].includes("Files")) return;
     event.preventDefault();
-    drop.classList.toggle("over", name === "dragover");
+    byId("drop").classList.toggle("over", name === "dragover");
     const dropped = name === "drop" && event.dataTransfer.files[0];
     if (dropped) upload(dropped, dropped.name);
   });
@@ -127,151 +165,145 @@ document.addEventListener("paste", event => {
   const pasted = [...event.clipboardData.files].find(item => item.type.startsWith("image/"));
   if (pasted) upload(pasted, pasted.name);
 });
-byId("show-mask").onchange = byId("show-bones").onchange = () => { const photo = photoOf(chosen); if (photo) showPhoto(photo); };
-byId("forget").onclick = async () => {
-  const videos = state.jobs.filter(job => job.photo === chosen).length;
-  const what = videos ? `this photo, its ${videos} video${videos > 1 ? "s" : ""}` : "this photo";
-  if (!confirm(`Delete ${what} and all kept results of this person? Downloaded files are not deleted.`)) return;
-  byId("forget").disabled = true;
-  try {
-    const gone = await ask(`api/photos/${chosen}`, { method: "DELETE" });
+const panel = new PhotoPanel({
+  poll: () => poll(), limits: () => choices, refuse: text => say(byId("problem"), text),
+  forgotten: (gone, videos) => {
+    choose(SAMPLE);
     const results = gone.calls ? `, ${gone.calls} kept results (${size(gone.bytes)})` : "";
-    say(byId("forgotten"), `Deleted: the photo${videos ? `, ${videos} video${videos > 1 ? "s" : ""}` : ""}${results}. Downloaded files are not deleted.`);
-    choose(null);
-  } catch (error) { say(byId("photo-problem"), error.message); }
-  byId("forget").disabled = false;
-  poll();
-};
-byId("look-again").onclick = async () => {
-  await ask(`api/photos/${chosen}/again`, { method: "POST" }).catch(error => say(byId("photo-problem"), error.message));
-  poll();
-};
-byId("sample").onclick = () => send("api/sample", { method: "POST" });
-const corrector = new Corrector(() => poll());
-byId("correct").onclick = () => corrector.open(photoOf(chosen), choices.limbs);
-byId("more-file").onchange = async () => {
-  const added = byId("more-file").files[0], problem = byId("photo-problem");
-  byId("more-file").value = "";
-  if (!added) return;
-  say(problem, added.size > choices.upload ? `This is larger than ${choices.upload >> 20} MB; send a smaller photo.` : "");
-  if (added.size <= choices.upload) await ask(`api/photos/${chosen}/more`, { method: "POST", body: added }).catch(error => say(problem, error.message));
-  poll();
-};
-byId("less").onclick = () => ask(`api/photos/${chosen}/more`, { method: "DELETE" }).catch(error => say(byId("photo-problem"), error.message)).then(poll);
-const clip = new Clip(() => photoOf(chosen), () => choices, () => poll());
-const ground = new Ground();
+    say(byId("forgotten"), `Deleted: the photo${videos ? `, ${videos} film${videos > 1 ? "s" : ""}` : ""}${results}. Downloaded files are not deleted.`);
+  },
+  films: id => state.jobs.filter(job => job.photo === id).length,
+});
+const clip = new Clip(() => photoOf(chosen), () => choices, () => poll(), title => { performance_.copy(title); });
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
-// --- the action
+// --- what the person does
 
-const action = byId("action"), model = byId("model"), understood = byId("understood");
-const modelNow = () => choices && choices.models.find(item => item.name === model.value);
+const performance_ = new Performance(() => perform());
+const kept = new Map();  // motions by who does what
 
-function showActions() {
-  const now = modelNow();
-  if (!now) return;
-  const wanted = byId("filter").value.trim().toLowerCase();
-  const names = now.actions.filter(name => name.toLowerCase().includes(wanted));
-  byId("count").textContent = `${now.actions.length} actions${now.name === choices.models[0].name ? "" : ` of ${now.name}`}`;
-  gallery.show(now.name, names);
+async function motionOf(wish) {
+  const who = acting(), key = JSON.stringify([who, wish]);
+  if (!kept.has(key)) {
+    kept.set(key, ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish }) }).then(unpacked));
+    if (kept.size > KEPT) kept.delete(kept.keys().next().value);
+  }
+  try { return await kept.get(key); } catch (error) { kept.delete(key); throw error; }
 }
-const gallery = new Gallery(byId("actions"), name => {
-  action.value = action.value.trim() ? `${action.value.trim()}, ${name}` : name;
-  read();
+
+let turn = 0;
+async function perform(wish = performance_.wish(), hovering = false) {
+  const own = ++turn, problem = byId("act-problem");
+  if (!hovering) { say(problem, ""); stage && stage.showPath(performance_.path.length ? performance_.path : []); }
+  if (!stage || !acting()) return;
+  if (!wish) { byId("doing").textContent = ""; if (stage.acting !== stage.waiting) stage.wait(); return; }
+  byId("stage").setAttribute("aria-busy", "true");
+  if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
+  try {
+    const motion = await motionOf(wish);
+    if (own !== turn) return;
+    if (!hovering) stage.plays = true;
+    stage.act(motion);
+    byId("doing").textContent = hovering ? "" : performance_.words();
+    document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
+  } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }
+  byId("stage").removeAttribute("aria-busy");
+}
+
+const gallery = new Gallery(byId("actions"), entry => { clearTimeout(gallery.timer); performance_.add(entry, byId("append").checked); }, entry => {
+  clearTimeout(gallery.timer);
+  if (still.matches || !byId("hover").checked || !stage || !stage.plays) return;
+  if (entry) gallery.timer = setTimeout(() => perform(performance_.alone(entry), true), HOVER);
+  else gallery.timer = setTimeout(() => perform(), HOVER);
 });
 
-/** What was understood, a chip a part: pressed, it offers what else may have been meant. */
-function showParts(parts) {
-  const change = (part, name) => {
-    const found = action.value.toLowerCase().indexOf(part.text.toLowerCase());
-    action.value = found < 0 ? parts.map(one => one === part ? name : one.action).filter(Boolean).join(", ")
-      : action.value.slice(0, found) + name + action.value.slice(found + part.text.length);
-    action.value = action.value.replace(/^[\s,]+|[\s,]+$/g, "").replace(/,(\s*,)+/g, ",");
-    read();
-    action.focus();
-  };
-  const chips = parts.flatMap((part, index) => {
-    const chip = make("button", { type: "button", className: "chip" }, part.action), others = make("span", { className: "others", hidden: true });
-    chip.setAttribute("aria-expanded", "false");
-    chip.title = part.seconds ? `${part.seconds} s; press to change it` : "press to change it";
-    others.append(...part.near.map(name => make("button", { type: "button", className: "chip quiet", onclick: () => change(part, name) }, name)));
-    others.append(make("button", { type: "button", className: "chip quiet", onclick: () => change(part, "") }, "leave out"));
-    chip.onclick = () => { others.hidden = !others.hidden; chip.setAttribute("aria-expanded", !others.hidden); };
-    return [index ? " → " : "", chip, others];
-  });
-  understood.replaceChildren("Understood: ", ...chips);
-}
-
-let reading = 0;
+const action = byId("action"), understood = byId("understood");
+let reading = 0, typing;
 async function read() {
-  const turn = ++reading, text = action.value.trim();
+  const own = ++reading, text = action.value.trim();
   understood.className = "understood";
+  gallery.show(choices.actions, text, byId("theme").value);
   if (!text) { understood.textContent = ""; return; }
   try {
-    const found = await ask("api/words", { method: "POST", body: JSON.stringify({ model: model.value, text }) });
-    if (turn !== reading) return;
+    const found = await ask("api/words", { method: "POST", body: JSON.stringify({ text }) });
+    if (own !== reading) return;
     understood.classList.add("good");
-    showParts(found.parts);
+    understood.textContent = `Understood: ${found.parts.map(part => part.title).join(", then ")}`;
+    performance_.set(found.parts);
   } catch (error) {
-    if (turn !== reading) return;
+    if (own !== reading) return;
     understood.classList.add("bad");
     understood.textContent = error.message;
   }
 }
-let typing;
-action.oninput = () => { clearTimeout(typing); typing = setTimeout(read, 250); };
-model.onchange = () => { showActions(); read(); };
-byId("filter").oninput = showActions;
-byId("filter").onkeydown = event => { if (event.key === "Enter") event.preventDefault(); };
+byId("theme").onchange = () => gallery.show(choices.actions, action.value, byId("theme").value);
+action.oninput = () => { clearTimeout(typing); typing = setTimeout(read, 350); };
+action.onkeydown = event => { if (event.key === "Enter") { clearTimeout(typing); read(); } };
 
-// --- the video
+// --- the stage's own controls
 
-byId("background").onchange = () => { byId("color-label").hidden = byId("background").value !== "color"; };
-byId("maker").onsubmit = async event => {
-  event.preventDefault();
-  const problem = byId("make-problem"), photo = photoOf(chosen), number = name => Number(byId(name).value);
-  say(problem, "");
-  if (!photo) { say(problem, "Choose a photo first."); file.focus(); return; }
-  if (!action.value.trim() && !clip.used) { say(problem, "Choose an action or describe one first."); action.focus(); return; }
-  const views = [...document.querySelectorAll("#views input:checked")].map(box => box.value);
-  const background = byId("background").value;
-  const wish = {
-    action: clip.used ? photo.clip_title : action.value.trim(), clip: clip.used, model: model.value, seconds: number("seconds"), fps: number("fps"), seed: number("seed"),
-    views, size: number("size"), spp: number("spp"), background: background === "color" ? byId("color").value : background,
-    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value, path: clip.used ? "" : ground.value,
-  };
-  byId("make").disabled = true;
-  try {
-    const job = await ask("api/jobs", { method: "POST", body: JSON.stringify({ photo: photo.id, wish }) });
-    await poll();
-    const card = cards.get(job.id);
-    if (card) card.element.scrollIntoView({ block: "nearest" });
-  } catch (error) { say(problem, error.message); }
-  byId("make").disabled = false;
-};
-
-function showJobs() {
-  const ids = new Set(state.jobs.map(job => job.id));
-  for (const [id, card] of cards) if (!ids.has(id)) { card.element.remove(); cards.delete(id); }
-  for (const job of state.jobs) {
-    if (!cards.has(job.id)) {
-      const card = new JobCard(job, poll);
-      cards.set(job.id, card);
-      byId("jobs").prepend(card.element);
-    }
-    const alike = state.jobs.filter(one => one.id !== job.id && one.status === "done" && one.photo === job.photo && one.wish.action === job.wish.action && one.wish.seed !== job.wish.seed);
-    cards.get(job.id).show(job, photoOf(job.photo), alike, choices);
-  }
-  byId("empty").hidden = state.jobs.length > 0;
-  gallery.resting = state.jobs.some(job => job.status === "running");
-  const running = state.jobs.find(job => job.progress);
-  document.title = running ? `${Math.floor(100 * (running.progress.share || 0))} % – a2v` : "a2v";
+function showPlay() {
+  byId("play").textContent = stage && stage.plays ? "❚❚" : "▶";
+  byId("play").setAttribute("aria-label", stage && stage.plays ? "pause" : "play");
 }
+byId("play").onclick = () => { if (stage) stage.plays = !stage.plays; };
+for (const button of document.querySelectorAll("[data-azimuth]")) button.onclick = () => { if (stage) Object.assign(stage.view, { azimuth: Number(button.dataset.azimuth), elevation: 4 }); };
+byId("face").onclick = () => { if (stage) byId("face").setAttribute("aria-pressed", stage.close = !stage.close); };
+byId("light").onchange = () => { if (stage) stage.look = byId("light").value; };
+byId("speak").onclick = () => { const text = byId("line").value.trim(); if (text && stage) { stage.say(text); document.body.dataset.spoken = text; } };
+byId("line").onkeydown = event => { if (event.key === "Enter") byId("speak").click(); };
+byId("draw").onclick = () => {
+  if (!stage) return;
+  const on = !stage.drawing;
+  byId("draw").setAttribute("aria-pressed", on);
+  byId("stage").classList.toggle("draws", on);
+  if (on && stage.view.elevation < 35) stage.view.elevation = 45;
+  stage.drawing = on ? points => {
+    byId("draw").click();
+    const [x, z] = stage.pose.place.filter((_, axis) => axis !== 1);
+    let line = simpler(points.map(point => [point[0] - x, point[1] - z]));
+    while (line.length > MOST_POINTS) line = line.filter((point, index) => index % 2 === 0 || index === line.length - 1);
+    performance_.setPath(line.length > 1 ? line : []);
+  } : null;
+};
+document.addEventListener("keydown", event => {
+  const item = event.target, typed = item.closest("input, select, textarea, dialog, video, summary"), pressed = item.closest("button, a, label, [role=tab]");
+  if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typed) { event.preventDefault(); performance_.undo(); return; }
+  if (event.ctrlKey || event.metaKey || event.altKey || typed || !stage) return;
+  if (event.key >= "1" && event.key <= "9") gallery.press(Number(event.key) - 1);
+  else if (event.key === " " && !pressed) { event.preventDefault(); byId("play").click(); }
+  else if (item.closest("#stage, body") && !item.closest("#actions, #chips")) {
+    const move = { ArrowLeft: [12, 0], ArrowRight: [-12, 0], ArrowUp: [0, 6], ArrowDown: [0, -6] }[event.key];
+    if (move && (item.id === "stage" || item === document.body)) { event.preventDefault(); stage.turn(...move); }
+    if (item.id === "stage" && (event.key === "+" || event.key === "-")) stage.zoom(event.key === "+" ? 0.87 : 1.15);
+  }
+});
+
+// --- exports and films
+
+/** The chosen person as a photo that the server has: the sample's is added once. */
+async function owned() {
+  if (chosen !== SAMPLE) return chosen;
+  const known = state.photos.find(photo => photo.title === "sample person"), photo = known || await send("api/sample", { method: "POST" });
+  if (!photo) throw new Error("The sample person cannot be added now.");
+  if (known) choose(known.id);
+  return photo.id;
+}
+async function made() {
+  const id = await owned();
+  while (photoOf(id) && !photoOf(id).known) {
+    if (photoOf(id).status === "unusable") throw new Error(photoOf(id).problem);
+    await new Promise(done => setTimeout(done, 400));
+  }
+  return id;
+}
+const exporter = new Exporter({ stage: () => stage, choices: () => choices, performance: performance_, owned, made, motionOf, poll: () => poll() });
+byId("export").onclick = () => exporter.open(photoOf(chosen));
+const films = new Films(byId("jobs"), () => poll());
 
 // --- what the server says
 
-let timer;
-let asked = 0;  // number of the last request; earlier answers are out of date
+let timer, asked = 0;  // number of the last request; earlier answers are out of date
 async function poll() {
   clearTimeout(timer);
   const own = asked += 1;
@@ -279,35 +311,46 @@ async function poll() {
     const found = await ask("api/state");
     if (own !== asked) return;
     state = found;
+    answered = true;
     byId("lost").hidden = true;
-    showPhotos();
-    showJobs();
+    showPeople();
+    films.show(state.jobs, photoOf);
+    byId("films").hidden = !state.jobs.length;
     say(byId("full"), state.problem);
     byId("damaged").hidden = !state.damaged;
-    byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or videos" : " or video"} cannot be read.`;
-  } catch (error) {
+    byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or films" : " or film"} cannot be read.`;
+    document.title = films.title || "a2v";
+  } catch {
     if (own !== asked) return;
     byId("lost").hidden = false;
   }
-  const busy = state.jobs.some(job => ["waiting", "running"].includes(job.status)) || state.photos.some(photo => photo.status === "looking");
+  const busy = state.jobs.some(job => ["waiting", "running"].includes(job.status)) || state.photos.some(photo => photo.status === "looking" || photo.status === "ready" && !photo.known);
   clearTimeout(timer);
   timer = setTimeout(poll, busy ? 500 : document.hidden ? 8000 : 2500);
 }
 byId("damaged").lastElementChild.onclick = () => ask("api/damaged", { method: "DELETE" }).catch(() => {}).then(poll);
 document.addEventListener("visibilitychange", () => { if (!document.hidden) poll(); });
+window.addEventListener("hashchange", () => choose(new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE));
+
+/** The script of the viewer, after the first paint. */
+function loadViewer() {
+  return new Promise((done, fail) => { document.head.append(make("script", { src: "page/three.js", onload: done, onerror: () => fail(new Error("the viewer cannot be loaded")) })); });
+}
 
 async function begin() {
   poll();
   try { choices = await ask("api/choices"); } catch { setTimeout(begin, 2000); return; }
-  model.replaceChildren(...choices.models.map(item => new Option(`${item.name} (${item.actions.length} actions)`, item.name)));
-  byId("views").replaceChildren(...choices.views.map(name => {
-    const label = make("label", { className: "check" });
-    label.append(make("input", { type: "checkbox", value: name, checked: name !== "turntable" }), ` ${name}`);
-    return label;
-  }));
-  showActions();
-  read();
+  byId("theme").append(...[...new Set(choices.actions.map(entry => entry.theme))].sort().map(name => new Option(name)));
+  gallery.show(choices.actions, "");
   document.body.dataset.ready = "yes";
   loadFigures().then(() => gallery.tick());
 }
+loadViewer().then(() => {
+  stage = new Stage(byId("stage"), showPlay);
+  stage.look = byId("light").value;
+  showPlay();
+  drawn = "";
+  showPeople();
+}).catch(error => say(byId("problem"), `This browser cannot show the stage: ${error.message}. Films and files can be made all the same.`));
+showPeople();
 begin();

@@ -22,7 +22,7 @@ from tests.support.npm import npm_folder
 from tests.support.page import Server
 from tests.support.screens import SCREENS, Screens, show
 
-KEYBOARD = ("unfolded", "correct", "camera", "files", "compare")
+KEYBOARD = ("unfolded", "acting", "correct", "camera", "films", "film", "character")
 """Screens that have a control which no other screen has."""
 
 

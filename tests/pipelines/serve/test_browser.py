@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import re
 import signal
-import time
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -22,7 +21,8 @@ from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 300_000.0
 """Milliseconds for steps that may compute a person first, on a busy machine."""
-FIGURE = "document.querySelector('#actions canvas').toDataURL()"
+FIRST_BYTES = 900_000
+"""Largest size of all that the page loads before the person."""
 
 expect.set_options(
     timeout=60_000
@@ -77,74 +77,140 @@ def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
     assert errors == []
 
 
+def on_stage(page: Page, person: str, timeout: float = LONG) -> None:
+    """Wait until a person stands on the stage."""
+    page.locator(f"body[data-person='{person}']").wait_for(timeout=timeout)
+
+
 def upload_sample(page: Page, server: Server) -> str:
     """Upload the sample photo, wait until the page shows its person, and return its id."""
     earlier = {photo["id"] for photo in server.state()["photos"]}
     with page.expect_response(lambda answer: "api/photos?" in answer.url):
         page.locator("#file").set_input_files(SAMPLE)
     (photo,) = {str(one["id"]) for one in server.state()["photos"]} - earlier
-    expect(page.locator("#shown")).to_have_attribute("src", f"photos/{photo}/photo.jpg")
-    expect(page.locator("#seen-text")).to_contain_text("Found the person", timeout=120_000)
+    on_stage(page, photo)
     return photo
 
 
+def unfold_person(page: Page) -> None:
+    """Open what is known about the photo."""
+    page.locator("#person").evaluate("item => { item.open = true; }")
+
+
 def order(page: Page, words: str, seconds: str = "1") -> str:
-    """Request a video of twelve frames per second; return the job's id."""
-    page.locator("#model").select_option("cmu")
+    """Request a small film of twelve frames per second; return the job's id."""
     page.locator("#action").fill(words)
-    page.locator("#seconds").fill(seconds)
-    page.locator("#size").select_option("128")
-    for name in ("back", "left", "right"):
-        page.locator(f"#views input[value={name}]").uncheck()
-    if not page.locator("#spp").is_visible():
-        page.locator("summary", has_text="More").click()
-    page.locator("#spp").fill("1")
-    page.locator("#fps").select_option("12")
+    expect(page.locator("#chips .chip")).not_to_have_count(0)
+    page.locator("#chips .chip").first.click()
+    page.get_by_label(re.compile("^Seconds of")).fill(seconds)
+    page.keyboard.press("Tab")
+    page.locator("#export").click()
+    page.get_by_role("tab", name="Film").click()
+    page.locator("#exporting summary").click()
+    page.get_by_label("Size").select_option("256")
+    page.get_by_label("Grain").select_option("4")
+    page.get_by_label("Frames a second").select_option("12")
     with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
-        page.get_by_role("button", name="Make the video").click()
+        page.get_by_role("button", name="Make the film").click()
     return str(answered.value.json()["id"])
 
 
-def wait_for_pictures(page: Page, number: int) -> None:
-    """Wait until the first figure of the gallery was seen in this number of poses."""
-    pictures: set[str] = set()
-    deadline = time.monotonic() + 60
-    while len(pictures) < number:
-        pictures.add(page.evaluate(FIGURE))
-        assert time.monotonic() < deadline
-        page.wait_for_timeout(100)
+def test_the_sample_person_is_there_first(visit: Callable[..., Page], server: Server) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    drawn = page.locator("#stage").get_attribute("data-frames")
+    expect(page.locator("#stage")).not_to_have_attribute("data-frames", str(drawn))
+    expect(page.locator("#who")).to_have_text("Sample person")
+    names = [path.name for path in (ROOT / "pipelines" / "serve" / "page").iterdir()]
+    before = ["", *(f"page/{name}" for name in names if name.endswith((".js", ".css", ".svg")))]
+    sizes = {name: len(server.ask(name)[2]) for name in [*before, "page/three.js"]}
+    assert sum(sizes.values()) < FIRST_BYTES, sizes
+    assert len(server.ask("")[2]) + len(server.ask("page/style.css")[2]) < 40_000  # first paint
 
 
-def test_the_page_is_light_readable_and_named(visit: Callable[..., Page], server: Server) -> None:
-    for scheme in ("light", "dark"):
-        page = visit(viewport={"width": 360, "height": 740}, color_scheme=scheme)
-        for summary in page.locator(
-            "main summary"
-        ).all():  # those inside of others become visible one after another
-            if summary.is_visible():
-                summary.click()
-        assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
-        assert page.evaluate(CONTRAST) == []
-        assert page.evaluate(NAMELESS) == []
-    blocking = [
-        server.ask(path) for path in ("", "page/style.css")
-    ]  # all that the first paint waits for; scripts are modules
-    assert sum(len(body) for _, _, body in blocking) < 40_000
+def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    asked: list[str] = []
+    page.on("request", lambda one: asked.append(one.url) if one.url.endswith("/play") else None)
+    page.locator("#actions button", has_text="Wave").first.click()
+    expect(page.locator("#doing")).to_have_text("Wave")
+    page.keyboard.press("Escape")
+    page.locator("#stage").focus()
+    page.keyboard.press("2")
+    expect(page.locator("#doing")).to_have_text("Salsa")
+    expect(page.locator("#chips .chip")).to_have_count(1)
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_attribute("aria-label", "play")
+    page.locator("#action").fill("walk for 2 s, then eat a burger")
+    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    expect(page.locator("#chips small")).to_have_text(["2 s", "4 s"])
+    expect(page.locator("#play")).to_have_attribute("aria-label", "pause")
+    page.locator("#chips .chip").first.click()
+    page.get_by_role("button", name="Later").click()
+    expect(page.locator("#doing")).to_have_text("Eating a burger, then Walk")
+    page.get_by_role("button", name="Mirror").click()
+    expect(page.locator("#mirror")).to_have_attribute("aria-pressed", "true")
+    page.get_by_role("button", name="Undo").click()
+    page.get_by_role("button", name="Undo").click()
+    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    page.get_by_role("button", name="Stand still").click()
+    expect(page.locator("#chips .none")).to_be_visible()
+    assert len(asked) >= 4
+    page.locator("#action").fill("xyzzy plugh")
+    expect(page.locator("#understood.bad")).to_be_visible()
+
+
+def test_an_action_is_tried_under_the_pointer(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    with page.expect_response(lambda one: one.url.endswith("/play")) as answered:
+        page.locator("#actions button", has_text="Bow").first.hover()
+    assert answered.value.ok
+    expect(page.locator("#chips .none")).to_be_visible()  # nothing was chosen
+
+
+def test_a_path_is_drawn_on_the_ground(visit: Callable[..., Page]) -> None:
+    page = visit(viewport={"width": 1280, "height": 900})
+    on_stage(page, "sample")
+    page.locator("#actions button", has_text="Walk").first.click()
+    expect(page.locator("#doing")).to_have_text("Walk")
+    page.get_by_role("button", name="Draw a path").click()
+    box = page.locator("#stage").bounding_box()
+    assert box is not None
+    page.wait_for_timeout(1500)  # the camera goes up
+    page.mouse.move(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.6)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.8, box["y"] + box["height"] * 0.75, steps=8)
+    with page.expect_request(lambda one: one.url.endswith("/play")) as asked:
+        page.mouse.up()
+    wish = asked.value.post_data_json["wish"]
+    assert len(wish["path"].split()) >= 2
+    expect(page.locator("#draw")).to_have_text("Draw another path")
 
 
 def test_it_works_by_keyboard_alone(visit: Callable[..., Page]) -> None:
     page = visit()
+    on_stage(page, "sample")
     order_of_focus = []
-    for _ in range(30):
+    for _ in range(40):
         page.keyboard.press("Tab")
         order_of_focus.append(page.evaluate("document.activeElement.id"))
-        if order_of_focus[-1] == "make":
-            break
-    wanted = ["file", "camera", "action", "model", "seconds", "size", "make"]
-    assert [name for name in order_of_focus if name in wanted] == wanted
+    wanted = ["file", "camera", "export", "stage", "play", "light", "speed", "mirror", "action"]
+    assert [name for name in dict.fromkeys(order_of_focus) if name in wanted] == wanted
+    page.locator("#actions button").first.focus()
+    page.keyboard.press("ArrowRight")
     page.keyboard.press("Enter")
-    expect(page.locator("#make-problem")).to_have_text("Choose a photo first.")
-    assert page.evaluate("document.activeElement.id") == "file"
+    expect(page.locator("#chips .chip")).to_have_count(1)
+
+
+def test_reduced_motion_stands_until_asked(visit: Callable[..., Page]) -> None:
+    page = visit(reduced_motion="reduce")
+    on_stage(page, "sample")
+    expect(page.locator("#play")).to_have_attribute("aria-label", "play")
+    page.locator("#actions button").first.hover()
+    page.wait_for_timeout(500)
+    expect(page.locator("#play")).to_have_attribute("aria-label", "play")
 
 
 def test_what_is_no_photo_and_whom_the_camera_does_not_see(visit: Callable[..., Page]) -> None:
@@ -152,14 +218,15 @@ def test_what_is_no_photo_and_whom_the_camera_does_not_see(visit: Callable[..., 
     page.locator("#file").set_input_files(
         {"name": "broken.jpg", "mimeType": "image/jpeg", "buffer": SAMPLE.read_bytes()[:3000]}
     )
-    expect(page.locator("#photo-problem")).to_have_text(
-        re.compile("This file is damaged or truncated")
-    )
+    expect(page.locator("#problem")).to_have_text(re.compile("This file is damaged or truncated"))
+    expect(page.locator("#who")).to_have_text("Sample person")  # nothing of a photo is in sight
     page.get_by_role("button", name="Camera").click()
     page.locator("#delay").select_option("0")
     expect(page.locator("#snap")).to_be_enabled()
     page.get_by_role("button", name="Take the photo").click()  # Chromium's own test picture
-    expect(page.locator("#photo-problem")).to_contain_text("person", timeout=120_000)
+    expect(page.locator("#problem")).to_contain_text("person", timeout=120_000)
+    expect(page.locator("#problem")).not_to_contain_text("--")
+    expect(page.locator("#export")).to_be_disabled()
     expect(page.locator("#shutter")).to_be_hidden()
     page.once("dialog", lambda dialog: dialog.accept())
     page.get_by_role("button", name=re.compile("Delete me")).click()
@@ -167,99 +234,33 @@ def test_what_is_no_photo_and_whom_the_camera_does_not_see(visit: Callable[..., 
     expect(page.locator("#forgotten")).to_contain_text("Deleted: the photo")
 
 
-def test_actions_are_figures_that_move_and_words_are_chips(visit: Callable[..., Page]) -> None:
-    page = visit()
-    page.locator("#filter").fill("jump")
-    figures = page.locator("#actions button")
-    expect(figures.first).to_be_visible()
-    assert all("jump" in name.lower() for name in figures.all_inner_texts())
-    wait_for_pictures(page, 4)  # empty first, then one moment after another
-    figures.first.focus()
-    page.keyboard.press("ArrowRight")
-    assert page.evaluate("document.activeElement.textContent") == figures.nth(1).inner_text()
-    assert page.locator("#actions button[tabindex='0']").count() == 1
-    page.keyboard.press("Enter")
-    expect(page.locator("#action")).to_have_value(figures.nth(1).inner_text())
-    page.locator("#action").fill("walk, then jump")
-    chips = page.locator("#understood > .chip")
-    expect(chips).to_have_text(["Walk", "Jump"])
-    chips.first.click()
-    page.get_by_role("button", name="leave out").locator("visible=true").click()
-    expect(chips).to_have_text(["Jump"])
-
-
-def test_two_clicks_are_enough(visit: Callable[..., Page]) -> None:
-    page = visit()
-    with page.expect_file_chooser() as chooser:
-        page.locator("#drop").click()
-    chooser.value.set_files(SAMPLE)
-    expect(page.locator("#shown")).to_have_attribute("src", re.compile("photo.jpg"))
-    expect(page.locator("#action")).to_have_value("Walk")
-    bar = page.locator("#make").bounding_box()  # within sight without scrolling
-    assert bar is not None
-    assert bar["y"] + bar["height"] <= 720
-    with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
-        page.locator("#make").click()
-    assert answered.value.ok
-    page.locator(".job").first.get_by_role("button", name="Cancel").click()
-    page.once("dialog", lambda dialog: dialog.accept())
-    page.get_by_role("button", name=re.compile("Delete me")).click()
-    expect(page.locator("#forgotten")).to_contain_text("Deleted", timeout=120_000)
-
-
-def test_a_sample_person_in_one_click(visit: Callable[..., Page]) -> None:
-    page = visit()
-    page.get_by_role("button", name="Sample person").click()
-    expect(page.locator("#seen-text")).to_contain_text("Found the person", timeout=300_000)
-    expect(page.locator("#action")).to_have_value("Walk")
-    page.once("dialog", lambda dialog: dialog.accept())
-    page.get_by_role("button", name=re.compile("Delete me")).click()
-    expect(page.locator("#forgotten")).to_contain_text("kept results")
-
-
 @pytest.mark.slow
 def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -> None:
     page = visit()
-    upload_sample(page, server)
-    expect(page.locator("#bones circle").nth(25)).to_be_visible()
-    page.wait_for_function("document.querySelector('#mask').naturalWidth > 100")
-    page.locator("#action").fill("ballet for nobody xyzzy")
-    page.locator("#model").select_option("cmu")
-    page.locator("#action").fill("walking")
-    expect(page.locator("#understood")).to_have_text(re.compile("^Understood: Walk"))
+    page.locator("#file").set_input_files(SAMPLE)
+    expect(page.locator("#making-stages li.made").first).to_be_attached(timeout=LONG)
+    (photo,) = [one["id"] for one in server.state()["photos"]]
+    on_stage(page, photo)
+    expect(page.locator("#warnings")).to_contain_text("the back is guessed")
+    for name in ("stage_body.bin", "stage_surface.bin", "stage_textured.bin", "person.glb"):
+        assert len(server.ask(f"photos/{photo}/{name}")[2]) > 100_000
     job = order(page, "walking")
     card = page.locator(f"#job-{job}")
-    expect(card.locator(".badge")).to_have_text("being made")
     expect(card.locator("progress")).to_be_visible()
-    stands = page.evaluate(FIGURE)
-    page.wait_for_timeout(1000)
-    assert page.evaluate(FIGURE) == stands  # the processor is left to the video
-    page.locator("#actions button").first.focus()
-    for key in ("ArrowRight", "ArrowLeft"):
-        page.keyboard.press(key)
-    wait_for_pictures(page, 3)
+    page.locator("#action").fill("wave")  # the stage stays usable
+    expect(page.locator("#doing")).to_have_text("Wave")
+    expect(card.locator(".badge")).to_have_text("ready", timeout=LONG)
     card.scroll_into_view_if_needed()  # a muted video plays while it can be seen
-    expect(card.locator(".badge")).to_have_text("being made")
-    expect(card.locator(".now img, .now iframe").first).to_be_visible(timeout=LONG)
-    expect(card.locator(".left")).to_have_text(
-        re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG
-    )
-    expect(card.locator(".badge")).to_have_text("done", timeout=LONG)
-
     deadline = time.monotonic() + 60
-    while page.evaluate("document.querySelector('.panel video').currentTime") < 0.2:  # it plays
+    while page.evaluate("document.querySelector('.job video').currentTime") < 0.2:  # it plays
         assert time.monotonic() < deadline
         page.wait_for_timeout(100)
-    card.get_by_role("tab", name="Character").click()
-    expect(page.frame_locator(".panel iframe").locator("body")).to_have_attribute(
-        "data-state", "ready", timeout=120_000
-    )
-    card.get_by_role("tab", name="Files").click()
+    card.locator("summary").click()
     found = {}
-    for link in card.locator(".files a").all():
+    for link in card.locator(".downloads a").all():
         with page.expect_download() as download:
             link.click()
-        found[link.inner_text()] = Path(download.value.path()).read_bytes()
+        found[str(link.get_attribute("download"))] = Path(download.value.path()).read_bytes()
     assert set(found) == {
         "video.mp4",
         "front.mp4",
@@ -273,10 +274,30 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
         data == (server.folder / "jobs" / job / name).read_bytes() for name, data in found.items()
     )
     with page.expect_download() as download:
-        card.get_by_text("Download all").click()
+        card.get_by_text("Download everything").click()
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         assert set(archive.namelist()) == set(found)
         assert archive.testzip() is None
+    page.locator("#export").click()
+    page.get_by_role("tab", name="Motion").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save the motion").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"HIERARCHY")
+    page.get_by_role("tab", name="Share page").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save the page").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"<!DOCTYPE html>")
+
+
+@pytest.mark.slow
+def test_a_clip_is_recorded_in_the_browser(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    page.locator("#export").click()
+    page.get_by_role("button", name="Record the clip").click()
+    with page.expect_download() as download:
+        page.get_by_role("link", name=re.compile("Save the clip")).click()
+    assert Path(download.value.path()).stat().st_size > 1000
 
 
 @pytest.mark.slow
@@ -286,7 +307,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     upload_sample(other, server)
     jobs = [order(one, "run", "0.5"), order(other, "jump", "0.5")]
     expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(
-        re.compile("waiting|being made|done")
+        re.compile("waiting|being made|ready")
     )  # each sees both
     expect(other.locator(f"#job-{jobs[0]} .stage-text")).not_to_have_text(
         "Starting", timeout=120_000
@@ -298,8 +319,8 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     expect(other.locator("#lost")).to_be_hidden(timeout=30_000)
     for job in jobs:
         for page in (one, other):
-            expect(page.locator(f"#job-{job} .badge")).to_have_text("done", timeout=LONG)
-    third = order(other, "dance", "6")  # not done before the other page asks for the state
+            expect(page.locator(f"#job-{job} .badge")).to_have_text("ready", timeout=LONG)
+    third = order(other, "dance", "12")  # not done before the other page asks for the state
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
     for child in psutil.Process(
         server.process.pid
@@ -322,7 +343,8 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
 def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) -> None:
     page = visit(viewport={"width": 1200, "height": 900})
     photo = upload_sample(page, server)
-    page.get_by_role("button", name="Correct").click()
+    unfold_person(page)
+    page.locator("#correct").click()
     expect(page.locator("#fix-told")).to_contain_text("Body fitted", timeout=LONG)
     outline = page.locator("#fix-svg path.outline")
     before = outline.get_attribute("d")
@@ -357,6 +379,7 @@ def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) 
     assert [name for name, _, _ in kept.landmarks] == ["left_wrist"]
     assert [name for name, _ in kept.limbs] == ["right_lower_arm"]
     assert [stroke.add for stroke in kept.strokes] == [False]
+    on_stage(page, photo)
     now = next(one for one in server.state()["photos"] if one["id"] == photo)
     assert now["landmarks"][15][:2] == pytest.approx(
         [kept.landmarks[0][1] * now["width"], kept.landmarks[0][2] * now["height"]], abs=1

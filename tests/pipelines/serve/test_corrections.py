@@ -39,7 +39,7 @@ def test_what_cannot_be_is_told(server: Server) -> None:
     assert server.say("api/photos/0123456789abcdef/corrections", {}, "PUT")[0] == 404
     assert server.ask(f"photos/{photo}/{CORRECTIONS}")[0] == 404
     for said in ({}, {"rig": "nobody's", "format": ".glb"}, {"rig": "mixamo", "format": "../x"}):
-        assert server.say("api/jobs/0123456789abcdef/export", said)[0] in (400, 404)
+        assert server.say("api/people/0123456789abcdef/export", said)[0] in (400, 404)
 
 
 def test_a_further_photo_is_one_and_another(server: Server) -> None:
@@ -123,12 +123,12 @@ def test_who_is_removed_is_fitted_no_longer(tmp_path: Path) -> None:
     desk = Desk(library, waits, cache=str(tmp_path / "store"))
 
     async def both() -> None:
-        waiting = asyncio.create_task(desk.outline(photo, Corrections()))
-        while not desk._looker.alive:
+        waiting = asyncio.create_task(desk.cast.outline(photo, Corrections()))
+        while not desk.cast.looker.alive:
             await asyncio.sleep(0.01)
         await asyncio.wait_for(desk.remove(photo), 20)
         with pytest.raises(InputError, match="has ended"):
             await waiting
-        assert not desk._looker.alive
+        assert not desk.cast.looker.alive
 
     asyncio.run(both())

@@ -101,7 +101,7 @@ def test_a_job_that_is_cancelled_while_its_process_starts_is_not_computed(
 
     desk = desk_of(tmp_path, "one")
     monkeypatch.setenv("A2V_TEST_WORK", "60")
-    only(desk).status = "ready"
+    only(desk).status, only(desk).known = "ready", True
 
     async def change_of_mind() -> None:
         monkeypatch.setattr(asyncio, "create_subprocess_exec", slowly)
@@ -148,7 +148,7 @@ def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(
     monkeypatch.setenv("A2V_TEST_WORK", "60")
     desk = desk_of(tmp_path, "one")
     photo = only(desk)
-    photo.status = "ready"
+    photo.status, photo.known = "ready", True
 
     async def late() -> None:
         first = desk.library.add_job(photo, WISH)
@@ -210,7 +210,7 @@ def test_a_round_that_fails_is_followed_by_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     desk = desk_of(tmp_path, "one")
-    do, calls = desk._looker.do, list[int]()
+    do, calls = desk.cast.looker.do, list[int]()
 
     async def fails_once(*words: Any, **how: Any) -> Any:
         calls.append(1)
@@ -218,7 +218,7 @@ def test_a_round_that_fails_is_followed_by_another(
             raise RuntimeError("a defect")
         return await do(*words, **how)
 
-    desk._looker.do = fails_once  # type: ignore[method-assign]
+    desk.cast.looker.do = fails_once  # type: ignore[method-assign]
 
     async def wait() -> None:
         await until(lambda: only(desk).status == "ready")

@@ -31,7 +31,7 @@ from tests.support.hostile import COUNT
 from tests.support.live import plain_character
 from tests.support.motions import person as walker
 from tests.support.page import Server, ready
-from tests.support.races import CORRECTED, WISH, WRITER, photograph, remove_at_moments
+from tests.support.races import CORRECTED, WRITER, photograph, remove_at_moments
 
 MOMENTS = 50
 CLIENTS = 40
@@ -87,17 +87,16 @@ def test_the_real_maker_and_looker_lose_their_person(tmp_path: Path, film: bytes
     remove_at_moments(tmp_path, film, random.Random(59), 30 if COUNT else 4, real=True)
 
 
-def test_a_live_session_ends_with_its_video(tmp_path: Path) -> None:
+def test_a_live_session_ends_with_its_person(tmp_path: Path) -> None:
     desk = Desk(Library(tmp_path / "page"), WRITER, cache=str(tmp_path / "store"))
     live = Live(desk, WRITER)
 
     async def one_session() -> None:
-        job = desk.library.add_job(ready(desk.library), WISH)
-        job.status = "done"
-        await live.open(job)
+        photo = ready(desk.library)
+        await live.open(photo)
         recording = asyncio.create_task(live.record(False))
         await asyncio.sleep(0.05)
-        await desk.remove(job)
+        await desk.remove(photo)
         assert not live._child.alive
         assert live._session == ""
         with pytest.raises((InputError, HTTPException)):
@@ -106,23 +105,22 @@ def test_a_live_session_ends_with_its_video(tmp_path: Path) -> None:
             await live.frame(b"x", 1.0)
         assert ended.value.status_code == 404
         assert not live._child.alive
-        assert not desk.library.place(job).exists()
+        assert not desk.library.place(photo).exists()
         await desk.close()
 
     asyncio.run(one_session())
 
 
-def test_a_recording_is_not_written_for_a_video_that_is_gone(tmp_path: Path) -> None:
+def test_a_recording_is_not_written_for_a_person_who_is_gone(tmp_path: Path) -> None:
     """The live mode's own function, while the folder goes at random moments."""
     library = Library(tmp_path)
-    photo = ready(library)
     character = plain_character()
     poses = walker(person_skeleton(), frames=8).joints
     draw = random.Random(0)
     took = 0.2
     for number in range((COUNT and MOMENTS) or MOMENTS // 5):
-        job = library.add_job(photo, WISH)
-        session = Session(library.place(job), character, None, None, None)  # type: ignore[arg-type]
+        photo = ready(library)
+        session = Session(library.place(photo), character, None, None, None)  # type: ignore[arg-type]
         session.recorded = [(at / 10, joints) for at, joints in enumerate(poses)]
         said = list[object]()
 
@@ -141,11 +139,11 @@ def test_a_recording_is_not_written_for_a_video_that_is_gone(tmp_path: Path) -> 
             writing.join()
             took = time.monotonic() - begun
             assert isinstance(said[0], dict), said
-        for folder in library.remove(job):
+        for folder in library.remove(photo):
             shutil.rmtree(folder, ignore_errors=True)
         writing.join()
         assert len(said) == 1, "a traceback"
-        assert list((tmp_path / "jobs").iterdir()) == []
+        assert list((tmp_path / "photos").iterdir()) == []
         assert [path for path in (tmp_path / "removed").rglob("*") if path.is_file()] == []
 
 

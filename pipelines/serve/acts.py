@@ -1,0 +1,53 @@
+"""Requests of the stage: what a person does, a still of a film, and files for other tools."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from a2v.animation import RIGS
+from a2v.errors import InputError
+from pipelines.serve.answers import Told
+from pipelines.serve.desk import Desk
+from pipelines.serve.edge import read_json
+from pipelines.serve.records import Photo
+from pipelines.serve.wishes import Wish
+
+SAMPLE = "sample"
+"""Identity of the sample person, whom the page ships."""
+FORMATS = (".glb", ".fbx", ".usdz", ".html", ".bvh", ".npz")
+"""Formats of files for other tools that the page offers; the last two hold a motion alone."""
+
+
+def acts(desk: Desk, photo_of: Callable[[Request], Photo]) -> list[Route]:
+    """Return the routes below the token. `photo_of` finds the photo of a request."""
+
+    async def play(request: Request) -> Response:
+        sample = request.path_params["id"] == SAMPLE
+        photo = None if sample else photo_of(request)
+        wish = Wish.of((await read_json(request)).get("wish"))
+        if wish.clip and (photo is None or not photo.clip):
+            raise InputError("this person has no video with a motion yet; send one first")
+        return Told(await desk.cast.play(photo, wish))
+
+    async def still(request: Request) -> Response:
+        photo, said = photo_of(request), await read_json(request)
+        return Told(await desk.cast.still(photo, Wish.of(said.get("wish"))))
+
+    async def export(request: Request) -> Response:
+        photo, said = photo_of(request), await read_json(request)
+        rig, suffix, wish = said.get("rig"), said.get("format"), Wish.of(said.get("wish"))
+        if rig not in RIGS or suffix not in FORMATS:
+            raise InputError(
+                f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(FORMATS)})"
+            )
+        return Told({"files": await desk.cast.export(photo, wish, str(rig), str(suffix))})
+
+    return [
+        Route("/api/people/{id}/play", play, methods=["POST"]),
+        Route("/api/people/{id}/still", still, methods=["POST"]),
+        Route("/api/people/{id}/export", export, methods=["POST"]),
+    ]

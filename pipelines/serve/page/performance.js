@@ -1,0 +1,119 @@
+// What the person does: actions in a row, their lengths, tempo, mirror, take and path; every change plays at once and can be undone.
+import { byId, make } from "./tools.js";
+
+const SECONDS = 4, LEAST = 0.5, MOST = 20;
+
+export class Performance {
+  /** `changed` hears that something else is to be played. */
+  constructor(changed) {
+    this.changed = changed;
+    this.now = { parts: [], speed: 1, mirror: false, seed: 0, path: [], copied: "" };
+    this.past = [];
+    this.open = -1;
+    byId("speed").onchange = () => this.change({ speed: Number(byId("speed").value) });
+    byId("mirror").onclick = () => this.change({ mirror: !this.now.mirror });
+    byId("take").onclick = () => this.change({ seed: this.now.seed + 1 });
+    byId("stand").onclick = () => this.change({ parts: [], path: [], copied: "" });
+    byId("undo").onclick = () => this.undo();
+    this.show();
+  }
+
+  get parts() { return this.now.parts; }
+  get path() { return this.now.path; }
+
+  change(some) {
+    this.past = [...this.past.slice(-99), this.now];
+    this.now = { ...this.now, ...some };
+    this.show();
+    this.changed();
+  }
+
+  undo() {
+    if (!this.past.length) return;
+    this.now = this.past.pop();
+    this.show();
+    this.changed();
+  }
+
+  add(entry, append) {
+    const part = { action: entry.name, title: entry.title, seconds: SECONDS, near: [] };
+    this.open = -1;
+    this.change(append ? { parts: [...this.parts, part], copied: "" } : { parts: [part], path: [], copied: "" });
+  }
+
+  /** The parts of a sentence. */
+  set(parts) {
+    const found = parts.map(part => ({ action: part.action, title: part.title, seconds: Math.min(MOST, Math.max(LEAST, part.seconds || SECONDS)), near: part.near || [] }));
+    this.open = -1;
+    if (JSON.stringify(found) !== JSON.stringify(this.parts)) this.change({ parts: found, copied: "" });
+  }
+
+  copy(title) { this.change({ copied: title }); }
+
+  setPath(path) { this.change({ path }); }
+
+  words() { return this.now.copied || this.parts.map(part => part.title).join(", then "); }
+
+  /** What the server is asked for; null while the person waits. */
+  wish(now = this.now) {
+    const { speed, mirror, seed, path } = now;
+    if (now.copied) return { action: now.copied, clip: true, seconds: 10, speed, mirror };
+    if (!now.parts.length) return null;
+    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0);
+    const action = now.parts.length > 1 ? now.parts.map(part => `${part.action} for ${part.seconds} s`).join(", then ") : now.parts[0].action;
+    return { action, seconds: Math.min(60, seconds), speed, mirror, seed, path: path.map(point => point.map(value => value.toFixed(2)).join(",")).join(" ") };
+  }
+
+  /** The same for one action that is only tried. */
+  alone(entry) { return this.wish({ parts: [{ action: entry.name, seconds: SECONDS }], speed: 1, mirror: false, seed: 0, path: [], copied: "" }); }
+
+  // --- the chips
+
+  show() {
+    const { parts, speed, mirror, seed, path, copied } = this.now;
+    byId("speed").value = String(speed);
+    byId("mirror").setAttribute("aria-pressed", mirror);
+    byId("take").textContent = seed ? `Another take (${seed + 1})` : "Another take";
+    byId("undo").disabled = !this.past.length;
+    byId("draw").textContent = path.length ? "Draw another path" : "Draw a path";
+    const items = copied ? [make("li", {}, copied)] : parts.map((part, index) => this.chip(part, index));
+    byId("chips").replaceChildren(...(items.length ? items : [make("li", { className: "none" }, "Standing. Press an action.")]));
+    byId("performance").dataset.parts = parts.length;
+    this.showEditor();
+  }
+
+  chip(part, index) {
+    const item = make("li"), button = make("button", { type: "button", className: "chip", draggable: true });
+    button.append(make("span", {}, part.title), make("small", {}, `${part.seconds} s`));
+    button.style.setProperty("--seconds", part.seconds);
+    button.setAttribute("aria-expanded", this.open === index);
+    button.onclick = () => { this.open = this.open === index ? -1 : index; this.show(); byId("chips").children[index].firstElementChild.focus(); };
+    button.ondragstart = event => { event.dataTransfer.setData("text/plain", String(index)); event.dataTransfer.effectAllowed = "move"; };
+    item.ondragover = event => { if (![...event.dataTransfer.types].includes("Files")) event.preventDefault(); };
+    item.ondrop = event => { const from = Number(event.dataTransfer.getData("text/plain")); if (!event.dataTransfer.files.length && Number.isInteger(from)) { event.preventDefault(); this.move(from, index); } };
+    item.append(button);
+    return item;
+  }
+
+  move(from, to) {
+    if (from === to || to < 0 || to >= this.parts.length || !this.parts[from]) return;
+    const parts = [...this.parts];
+    parts.splice(to, 0, ...parts.splice(from, 1));
+    this.open = this.open === from ? to : this.open;
+    this.change({ parts });
+  }
+
+  showEditor() {
+    const at = this.open, part = this.parts[at], box = byId("editor");
+    box.hidden = !part || Boolean(this.now.copied);
+    if (box.hidden) { box.replaceChildren(); return; }
+    const act = (text, go, off = false) => make("button", { type: "button", disabled: off, onclick: go }, text);
+    const edit = some => this.change({ parts: this.parts.map((one, index) => index === at ? { ...one, ...some } : one) });
+    const label = make("label", {}, `Seconds of ${part.title}`), length = make("input", { type: "number", min: LEAST, max: MOST, step: 0.5, value: part.seconds, inputMode: "decimal" });
+    length.onchange = () => edit({ seconds: Math.min(MOST, Math.max(LEAST, Number(length.value) || SECONDS)) });
+    label.append(length);
+    box.replaceChildren(label, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
+      act("Remove", () => { this.open = -1; this.change({ parts: this.parts.filter((_, index) => index !== at) }); }),
+      ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, title: other.title, near: [] }))));
+  }
+}

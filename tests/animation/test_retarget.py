@@ -105,7 +105,7 @@ def test_raw_limbs_point_where_the_motion_points(body: Body, cartwheel: Path) ->
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
 def test_real_clips(body: Body, real_clips: Callable[[str, int], list[Motion]], name: str) -> None:
     rows, shake = [], []
-    for motion in real_clips(name, 20):
+    for motion in real_clips(name, 8):
         quality = measure_retargeting(
             motion, body, retarget(motion, body, settings=RetargetSettings(level="never"))
         )

@@ -27,8 +27,6 @@ from pipelines.serve.wishes import Wish
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
-    "without": "split_panels",
-    "color.without": "comb",
     "readers.without": "find_gloves",
     "face.features": "model",
     "without": "find_gloves,delight",

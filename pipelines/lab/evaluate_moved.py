@@ -175,7 +175,7 @@ def _run_rules(options: Options) -> Answer:
         f"Score with a rule minus score without it, mean over the photos on which it acts, ± half "
         f"the 95 % interval over {options.seeds} seeds of the matching of patches. "
         f"{len(options.pins)} photos of the panel {options.panel} in T-pose and {len(beside)} "
-        f"others, texture {options.stages.color.texture}. Clear: beyond the interval in a measure. "
+        f"others, texture {options.stages.color.texture}. Clear: beyond the interval, with the rule better or worse. "
         f"All rules, mean over the panel between seeds: {noise}.",
         rules_table(trials, {name: known[name] for name in rules}),
     ]

@@ -59,10 +59,11 @@ def solve(painting: Painting) -> Painting:
 
 def wear_gloves(painting: Painting) -> Painting:
     """Give hidden hands the color of the gloves."""
-    if painting.canvas is None or not painting.canvas.gloved or painting.continued is None:
+    canvas = painting.canvas
+    if canvas is None or not canvas.gloved or canvas.hands is None or painting.continued is None:
         return painting
     colors = painting.colors.copy()
-    colors[painting.hidden_hands] = painting.canvas.hands
+    colors[painting.hidden_hands] = canvas.hands
     return dataclasses.replace(painting, colors=colors)
 
 

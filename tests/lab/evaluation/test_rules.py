@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+
+import numpy as np
 import pytest
 
-from a2v.lab.evaluation.moved.rules import Trial, effect_of, noise_of, rules_table
+from a2v.lab.evaluation.moved.measures import MovedSettings
+from a2v.lab.evaluation.moved.rules import Bench, Trial, effect_of, noise_of, rules_table
+from a2v.reconstruction import ColorSettings
+from a2v.reconstruction.canonical import Sight
+from a2v.reconstruction.colorings import color_person
+from a2v.samples import load_ready_person
+from a2v.types import Reconstruction
 
 SEEDS = range(4)
 PLAIN = {"a": 1.0, "b": 3.0}
@@ -52,5 +61,26 @@ def test_a_line_says_on_how_many_photos_a_rule_acts() -> None:
     assert "acts on, of 3" in lines[0]
     cells = [cell.strip() for cell in lines[2].split("|")]
     assert cells[1:4] == ["good", "for good", "2"]
-    assert cells[-2] == "yes"
+    assert cells[-2] == "better"
     assert [cell.strip() for cell in lines[3].split("|")][3] == "0"
+
+
+def test_a_trial_colors_as_the_product_does() -> None:
+    """With all rules the colors are the product's; without one they are those of its setting."""
+    ready = load_ready_person()
+    person = Reconstruction(surface=ready.colored_surface, backend="pifu")
+    sight = Sight(ready.subject, ready.body, ready.photo_camera, person)
+    settings = ColorSettings(texture=256)
+    bench = Bench("sample", sight, person, None, settings, MovedSettings())
+    found = {trial.rule: trial for trial in bench.trials(["comb", "even", "smooth_borders"], 1)}
+    assert found["comb"].changed == 0.0  # he has short hair
+    assert found["even"].changed > 0.02
+    assert 0 < found["smooth_borders"].changed < 1e-3  # in the texture only
+    for rule in ("", "even"):
+        own = dataclasses.replace(settings, without=rule)
+        product = color_person(person, [sight], settings=own)
+        made = bench._finished(*bench._without(rule), 0) if rule else bench._plain[0]
+        assert made.texture is not None
+        assert product.texture is not None
+        assert np.array_equal(made.colors, product.colors), rule
+        assert np.array_equal(made.texture, product.texture), rule

@@ -258,7 +258,12 @@ def rules_table(trials: Sequence[Trial], rules: Mapping[str, str]) -> str:
             f"{one.mean:+.{digits}f} ± {one.half:.{digits}f}"
             for digits, one in zip((2, 2, 3), effects, strict=True)
         ]
-        clear = "yes" if any(one.clear for one in effects) else "no"
+        signs = {
+            (one.mean < 0) == (metric == "other")
+            for metric, one in zip(METRICS, effects, strict=True)
+            if one.clear
+        }
+        clear = {(True,): "better", (False,): "worse", (): "no"}.get(tuple(signs), "both")
         lines.append(
             f"| {rule} | {purpose} | {acts} | {changed:.1f} | {' | '.join(cells)} | {clear} |"
         )

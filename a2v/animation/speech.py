@@ -28,8 +28,10 @@ _WINDOW = 0.032
 _ORDER = 12
 """Order of linear prediction, at `_LOW_RATE` samples per second."""
 _LOW_RATE = 10_000
-_SILENT, _LOUD = -32.0, -12.0
-"""Levels below the loud parts at which the mouth is closed and fully open, dB."""
+_SILENT = -32.0
+"""Level, relative to the loud parts, at which the mouth is closed, dB."""
+_LOUD = -12.0
+"""Level, relative to the loud parts, at which it is fully open, dB."""
 _HISS = 0.55
 """Share of the energy above 2.5 kHz of a hiss."""
 _GAP = 0.14

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from a2v.animation import DeformSettings
+from a2v.animation.speech import mouth_of_speech
 from a2v.errors import InputError
+from a2v.formats.audio import RATE, read_sound
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_glb, write_morph_glb
 from a2v.formats.registry import (
@@ -53,6 +55,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
+  a2v character --photo me.jpg --say speech.wav --out me.glb                         the mouth speaks; with --action Wave too
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   the video's own vertices, without bones
 
 Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
@@ -73,6 +76,12 @@ class Options:
     motions: str = option(
         f"motion files, separated by commas ({readable_motions(', ')}); each becomes a clip",
         default="",
+    )
+    say: str | None = option(
+        "sound of speech (.wav, .mp3...) that moves the mouth in every clip; without a clip the "
+        "person stands and speaks",
+        default=None,
+        metavar="FILE",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions, "the motions")
@@ -99,6 +108,9 @@ def run(options: Options) -> Answer:
     """Make the character and its clips."""
     path = Path(options.out)
     avatar = avatar_of(path, options.rigging, options.avatar)
+    sound = None if options.say is None else read_sound(options.say)
+    if sound is not None:
+        options = speaking(options, len(sound) / RATE)
     wanted = _wanted(options, path)
     options.posing.check_rig(path, options.rigging)
     options.engines.check(path)
@@ -112,6 +124,8 @@ def run(options: Options) -> Answer:
         no_props=options.no_props,
         posing=options.posing,
     )
+    if sound is not None:
+        animated = with_speech(animated, sound)
     if options.exact:
         name, written = next(iter(wanted)), [path]
         write_morph_glb(
@@ -121,6 +135,35 @@ def run(options: Options) -> Answer:
         written = write_animated(path, animated, options.rigging, options.engines, avatar)
     facts = {"clips": list(animated.clips), **animated.facts}
     return Answer(files=written, notes=animated.notes, facts=facts)
+
+
+STANDING = "Idle"
+"""Action of somebody who only speaks."""
+
+
+def speaking(options: Options, seconds: float) -> Options:
+    """Return the options of a person who speaks for some seconds: clips are that long by default,
+    and the person stands if there are none."""
+    lengths = options.lengths
+    if lengths.seconds is None and lengths.frames is None:
+        lengths = replace(lengths, seconds=seconds)
+    alone = not (options.action.strip() or options.actions.strip() or options.motions.strip())
+    return replace(options, lengths=lengths, action=STANDING if alone else options.action)
+
+
+def with_speech(animated: Animated, sound: FloatArray) -> Animated:
+    """Return a character whose mouth speaks in all clips."""
+    face = animated.character.surface.face
+    if face is None:
+        return replace(
+            animated, notes=[*animated.notes, "the character has no face: --say moves nothing"]
+        )
+    expressions = {}
+    for name, (moves, fps) in animated.clips.items():
+        mouth = mouth_of_speech(sound, RATE, frames=len(moves), fps=fps)
+        kept = {key: value for key, value in mouth.items() if key in face.names}
+        expressions[name] = {**animated.expressions.get(name, {}), **kept}
+    return replace(animated, expressions=expressions)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from typing import Any
 from a2v.animation import RetargetSettings
 from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
-from a2v.formats.gltf.people import read_person, write_map_of
+from a2v.formats.gltf.people import has_skin, read_person, write_map_of
 from a2v.formats.gltf.person_clips import write_person
 from a2v.formats.registry import read_motion, readable_motions
 from a2v.io import say
@@ -20,6 +20,7 @@ from a2v.motion.timeline import Take
 from a2v.types import FloatArray, Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
+from pipelines.mesh_rig import rig_mesh
 from pipelines.options import flag, group, option, settings
 from pipelines.requests.motion import (
     ACTION,
@@ -38,7 +39,8 @@ EXAMPLES = """examples:
   a2v retarget --character theirs.fbx --actions Walk,Run --out clips.fbx
 
 The character must stand in its file. Its bones are found by names of Mixamo, Sketchfab, VRM, Unreal, Unity, Rigify, Character Creator, Daz and other
-tools, by a .vrm's own list, or by their shape; --bone-map bones.txt writes what was found, to be corrected. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
+tools, by a .vrm's own list, or by their shape; --bone-map bones.txt writes what was found, to be corrected. A mesh without bones, in T or A pose,
+gets those of our body. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
 An .fbx keeps PNG and JPEG pictures of color, normals and emission, embedded or in its folder; other properties of its materials are lost."""
 
 SUFFIXES = (".glb", ".gltf", ".vrm", ".fbx")
@@ -102,6 +104,10 @@ def _retarget(
             f"{source.name} or beside it"
         )
     read = folder / "in.glb" if is_fbx else source
+    if not has_skin(read):
+        rig_mesh(read, folder / "rigged.glb", name=source)
+        read = folder / "rigged.glb"
+        notes.append(f"{source.name} has no bones: our body's were fitted to its mesh")
     if options.bone_map is not None and not Path(options.bone_map).exists():
         write_map_of(read, options.bone_map, name=source)
         return Answer(

@@ -23,6 +23,7 @@ from pipelines.requests.motion import MotionRequest
 from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 from pipelines.rigs import RigOptions
+from pipelines.sprites import seen_around, write_sprites
 
 HELP = "Make a video of the person in a photo doing an action, seen from several sides, and write the rigged character and its motion."
 EXAMPLES = """examples:
@@ -55,6 +56,13 @@ class Options:
         metavar="MB",
         rare=True,
     )
+    sprites: int = option(
+        "also write sprites.png and sprites.json: every frame from 8 (1, 2, 4, 16) directions, on "
+        "nothing; 0: none",
+        default=0,
+        metavar="NUMBER",
+        rare=True,
+    )
     sheet: bool = flag("also write sheet.png: twelve frames in one picture", rare=True)
     start: str | None = option(
         "compute NODE and everything after it again",
@@ -69,7 +77,8 @@ class Options:
     @property
     def request(self) -> VideoRequest:
         """The requested video."""
-        return VideoRequest(person=self.person, motion=self.motion, film=self.film)
+        made = VideoRequest(person=self.person, motion=self.motion, film=self.film)
+        return seen_around(made, self.sprites) if self.sprites else made
 
 
 def run(options: Options) -> Answer:
@@ -88,8 +97,10 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
     check_names(
         graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node"
     )
-    if options.only and (options.animation or options.sheet):
-        raise InputError("--only writes the result of one node; leave --animation and --sheet out")
+    if options.only and (options.animation or options.sheet or options.sprites):
+        raise InputError(
+            "--only writes the result of one node; leave --animation, --sheet and --sprites out"
+        )
     if not options.max_mb > 0:
         raise InputError(f"max-mb is {options.max_mb}; expected more than 0")
     out = check_writable(options.out)
@@ -130,7 +141,10 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
         if options.only
         else write_results(outcome, out, views, options.rigging, parameters["edit"])
     )
-    written += write_node(outcome, "frame", out, views) if transparent else []
+    if options.sprites:
+        written += write_sprites(out, outcome, views, options.motion.fps)
+    elif transparent:
+        written += write_node(outcome, "frame", out, views)
     written += (
         write_shared(
             out,

@@ -108,6 +108,17 @@ def read_person(
         return _read(file, every, given)
 
 
+def has_skin(path: str | os.PathLike[str]) -> bool:
+    """Return whether a glTF has a skin.
+
+    Raises
+    ------
+    InputError
+        The file is broken or too large.
+    """
+    return bool(read_glb(path).items("skins"))
+
+
 def write_map_of(
     path: str | os.PathLike[str], target: str | os.PathLike[str], *, name: object = None
 ) -> None:

@@ -1,9 +1,9 @@
 """Make the first pictures of the page of `a2v serve`: a stick figure for every action, and the
 sample person.
 
-    python scripts/make_page_pictures.py [--figures] [--sample]
+    python scripts/make_page_pictures.py [--figures] [--sample] [--posters]
 
-Writes ``figures.json``, ``person.glb`` and ``sample.webp`` into ``pipelines/serve/page``. Figures
+Writes ``figures.json``, ``person.glb``, ``sample.webp`` and the posters of the stage into ``pipelines/serve/page``. Figures
 are motions of the shipped models (seed 0), seen from the front left; they take a minute.
 """
 
@@ -11,8 +11,12 @@ from __future__ import annotations
 
 import argparse
 import base64
+import io
 import json
+import sys
+import tempfile
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from PIL import Image
@@ -32,6 +36,7 @@ from pipelines.serve.records import PERSON
 from pipelines.serve.wishes import MODELS, actions_of
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
 PAGE = ROOT / "pipelines" / "serve" / "page"
 SMALL = EngineSettings(triangles=8000, texture=1024, normal_map=512, one_material=True)
 """The shipped person has fewer triangles than one who is made."""
@@ -116,6 +121,33 @@ def person(path: Path) -> None:
     write_figure(path, engine_ready(ready.character, SMALL), ready.body, quality=80)
 
 
+def poster(scheme: Literal["light", "dark"]) -> Image.Image:
+    """The stage with the sample person as a browser draws it, before the viewer is loaded."""
+    from playwright.sync_api import sync_playwright
+
+    from benchmarks.first_use import FLAGS, serving
+    from tests.support.page import find_browser
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        serving(Path(folder), None) as (address, _),
+        sync_playwright() as engine,
+    ):
+        browser = engine.chromium.launch(executable_path=find_browser(), args=list(FLAGS))
+        page = browser.new_page(
+            viewport={"width": 1440, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )
+        page.goto(address)
+        page.locator("body[data-person]").wait_for(timeout=120_000)
+        page.wait_for_timeout(3000)
+        told = page.evaluate("document.querySelector('#stage canvas').toDataURL()")
+        browser.close()
+    with Image.open(io.BytesIO(base64.b64decode(told.partition(",")[2]))) as whole:
+        middle, half = whole.width // 2, whole.height // 2
+        square = whole.convert("RGB").crop((middle - half, 0, middle + half, 2 * half))
+    return square.resize((640, 640))
+
+
 def portrait() -> Image.Image:
     """The sample person's head and shoulders, of the photo."""
     with Image.open(ROOT / "a2v" / "samples" / "person.jpg") as photo:
@@ -130,14 +162,20 @@ def main() -> None:
     )
     parser.add_argument("--figures", action="store_true")
     parser.add_argument("--sample", action="store_true")
+    parser.add_argument("--posters", action="store_true")
     given = parser.parse_args()
-    if given.figures or not given.sample:
+    every = not (given.figures or given.sample or given.posters)
+    if given.figures or every:
         with atomic_path(PAGE / "figures.json") as temporary:
             temporary.write_text(json.dumps(figures(), separators=(",", ":")) + "\n")
-    if given.sample or not given.figures:
+    if given.sample or every:
         person(PAGE / PERSON)
         with atomic_path(PAGE / "sample.webp") as temporary:
             portrait().save(temporary, "webp", quality=80)
+    if given.posters or every:
+        for scheme, name in (("light", "poster.webp"), ("dark", "poster-dark.webp")):
+            with atomic_path(PAGE / name) as temporary:
+                poster(scheme).save(temporary, "webp", quality=80)
 
 
 if __name__ == "__main__":

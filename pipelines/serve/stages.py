@@ -11,7 +11,7 @@ from a2v.io import atomic_path
 from a2v.types import Body, FloatArray, IntArray, Reconstruction, Surface
 from pipelines.engine.run import Early, Outcome
 
-_CLAY = 0.72
+_CLAY = 0.55
 
 Shape = tuple[FloatArray, IntArray, FloatArray]
 """Vertices (V, 3) in meters, triangles (F, 3) and colors (V, 3)."""

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pipelines.stages import said
 
 REMEDIES: Mapping[str, str] = {
+    "one whole person, or give --mask and --keypoints": "one whole person, from head to feet",
+    "one whole person, or give --mask": "one whole person, from head to feet",
     "or give --mask and --keypoints": "or press Correct",
     "give --mask and --keypoints": "press Correct",
     "or give --mask": "or press Correct",

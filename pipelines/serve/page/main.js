@@ -14,6 +14,7 @@ import { ask, byId, duration, make, say, size } from "./tools.js";
 const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["outline", ...SHAPES, "moving"];
 const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: "Colors", moving: "Alive" };
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
+const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let choices = null, state = { photos: [], jobs: [] }, stage = null;
 let chosen = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
@@ -97,12 +98,14 @@ let live = null;
 function showMaking(photo) {
   const busy = photo && photo.status !== "unusable" && !photo.known, box = byId("making");
   box.hidden = !busy;
-  const notes = photo ? [...new Set([...(photo.status === "ready" ? [gradeOf(photo)] : []), ...photo.warnings, ...photo.notes])] : [];
-  byId("warnings").replaceChildren(...notes.slice(0, 4).map((text, index) => {
-    const item = make("li", {}, text);
-    if (photo.status === "ready" && index === Math.min(1, notes.length - 1) && notes.length > 1) {
-      const remedy = make("button", { type: "button" }, "Correct");
-      remedy.onclick = () => panel.correct();
+  const told = photo ? [...new Set([...photo.warnings, ...photo.notes])] : [], grave = told.filter(text => GRAVE.test(text));
+  const grade = photo && photo.status === "ready" ? [gradeOf(photo)] : [], notes = [...grave, ...grade, ...told.filter(text => !grave.includes(text))].slice(0, 4);
+  const remedied = notes.find(text => !grade.includes(text));
+  byId("warnings").replaceChildren(...notes.map(text => {
+    const item = make("li", {}, text[0].toUpperCase() + text.slice(1));
+    if (photo.status === "ready" && text === remedied) {
+      const several = photo.people.length > 1, remedy = make("button", { type: "button" }, several ? "Choose the person" : "Correct");
+      remedy.onclick = () => { if (several) { byId("person").open = true; byId("seen").scrollIntoView({ block: "center" }); } else panel.correct(); };
       item.append(" ", remedy);
     }
     return item;

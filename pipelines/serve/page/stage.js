@@ -61,7 +61,7 @@ export class Stage {
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     renderer.localClippingEnabled = true;
-    renderer.setPixelRatio(this.weak ? 1 : Math.min(devicePixelRatio, 2));
+    renderer.setPixelRatio(this.weak ? 0.75 : Math.min(devicePixelRatio, 2));
     renderer.domElement.setAttribute("aria-hidden", "true");
     const scene = this.scene = new THREE.Scene();
     scene.background = new THREE.Color();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import signal
+import time
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path

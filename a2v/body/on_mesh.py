@@ -31,6 +31,8 @@ _ROUNDS = 10
 _STEPS = 12
 _WIDTHS = (0.15, 0.06)
 """Distance at which a match counts half, in the first and the last rounds, meters."""
+_LEAST_WEIGHT = 1e-3
+"""Smaller weights are dropped."""
 _FIXED = {PARTS.index(f"{side}_hand") for side in ("left", "right")}
 
 
@@ -98,6 +100,8 @@ def carried_weights(body: Body, vertices: FloatArray) -> tuple[FloatArray, IntAr
     dense = np.einsum("nk,nkb->nb", shares, body.weights[outer].astype(np.float64)[nearest])
     bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
     weights = np.take_along_axis(dense, bones, axis=1)
+    weights[weights < _LEAST_WEIGHT] = 0
+    bones = np.where(weights > 0, bones, 0)
     return weights / weights.sum(axis=1, keepdims=True), bones
 
 

@@ -17,6 +17,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.kinematics.names import REQUIRED, canonical_joints
 from a2v.types import FloatArray, Surface
 from pipelines.mesh_rig import rig_mesh
+from tests.support.glb import validate
 
 UNIT = 100.0
 """Units of the mesh per meter."""
@@ -80,7 +81,7 @@ def test_what_is_no_person_in_t_or_a_pose_is_refused(kind: str) -> None:
         fit_mesh(load_body_model(), points)
 
 
-def test_a_mesh_gets_bones_and_keeps_its_place(tmp_path: Path) -> None:
+def test_a_mesh_gets_bones_and_keeps_its_place(tmp_path: Path, validator: Path) -> None:
     body = person(0.0)
     document = Document("mesh")
     colors = np.full(body.vertices.shape, 0.5, np.float32)
@@ -90,6 +91,8 @@ def test_a_mesh_gets_bones_and_keeps_its_place(tmp_path: Path) -> None:
     document.json["scenes"][0]["nodes"] = [node]
     document.write(tmp_path / "mesh.glb")
     rig_mesh(tmp_path / "mesh.glb", tmp_path / "rigged.glb", name=Path("mesh.glb"))
+    report = validate(tmp_path / "rigged.glb", validator)
+    assert report["errors"] == 0, report["messages"]
     made = read_person(tmp_path / "rigged.glb")
     assert set(made.body.bone_names) == set(body.bone_names)
     middle = np.median(made.body.vertices, axis=0)

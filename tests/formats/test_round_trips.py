@@ -19,6 +19,7 @@ from a2v.formats.registry import MOTION_FORMATS
 from a2v.formats.smpl import write_smpl_motion
 from a2v.npm import find_node
 from a2v.types import Body, FloatArray
+from tests.support.glb import validate
 
 LARGEST = 2e-3
 """Largest distance of joints, meters."""
@@ -42,11 +43,15 @@ def demand_fbx(suffix: str) -> None:
 @pytest.mark.parametrize(
     "suffix", [suffix for item in MOTION_FORMATS if item.write for suffix in item.suffixes]
 )
-def test_joints_of_motions_come_back(suffix: str, walk: Motion, tmp_path: Path) -> None:
+def test_joints_of_motions_come_back(
+    suffix: str, walk: Motion, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     demand_fbx(suffix)
     (path,) = write_motion(tmp_path / f"m{suffix}", walk)
     again = read_motion(path)
     assert again.fps == walk.fps
+    if suffix == ".glb":
+        assert validate(path, request.getfixturevalue("validator"))["errors"] == 0
     places = [again.joint_names.index(name) for name in walk.joint_names]
     assert np.abs(again.joints[:, places] - walk.joints).max() < LARGEST
 

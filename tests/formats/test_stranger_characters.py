@@ -21,7 +21,7 @@ from a2v.formats.gltf.reading import Gltf, read_glb
 from a2v.types import FloatArray
 from pipelines.commands import retarget as command
 from pipelines.options import parse
-from tests.support.glb import glb
+from tests.support.glb import glb, validate
 from tests.support.motions import person as walker
 from tests.support.strangers import BONES, person
 
@@ -70,12 +70,16 @@ def twice(change: Callable[[dict[str, Any], int], None]) -> tuple[dict[str, Any]
     return tree, binary
 
 
-def test_clothes_with_bones_of_their_own_move_with_the_body(tmp_path: Path) -> None:
+def test_clothes_with_bones_of_their_own_move_with_the_body(
+    tmp_path: Path, validator: Path
+) -> None:
     def blender(node: dict[str, Any], number: int) -> None:
         node["name"] += ".001" if number % 2 else ""
 
     (tmp_path / "a.glb").write_bytes(glb(*twice(blender)))
     made, _, places = moved(tmp_path / "a.glb")
+    report = validate(tmp_path / "out.glb", validator)
+    assert report["errors"] == validate(tmp_path / "a.glb", validator)["errors"], report["messages"]
     assert len(made.twins) == 1
     assert made.notes == ()
     first, second = places[:, :COUNT], places[:, COUNT + 1 : 2 * COUNT + 1]

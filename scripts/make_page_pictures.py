@@ -38,6 +38,9 @@ from pipelines.serve.wishes import MODELS, actions_of
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 PAGE = ROOT / "pipelines" / "serve" / "page"
+Scheme = Literal["light", "dark"]
+POSTERS: tuple[tuple[Scheme, str], ...] = (("light", "poster.webp"), ("dark", "poster-dark.webp"))
+"""Color schemes and the posters' names."""
 SMALL = EngineSettings(triangles=8000, texture=1024, normal_map=512, one_material=True)
 """The shipped person has fewer triangles than one who is made."""
 MADE, FRAMES, FPS = 60, 24, 10.0
@@ -121,7 +124,7 @@ def person(path: Path) -> None:
     write_figure(path, engine_ready(ready.character, SMALL), ready.body, quality=80)
 
 
-def poster(scheme: Literal["light", "dark"]) -> Image.Image:
+def poster(scheme: Scheme) -> Image.Image:
     """The stage with the sample person as a browser draws it, before the viewer is loaded."""
     from playwright.sync_api import sync_playwright
 
@@ -173,7 +176,7 @@ def main() -> None:
         with atomic_path(PAGE / "sample.webp") as temporary:
             portrait().save(temporary, "webp", quality=80)
     if given.posters or every:
-        for scheme, name in (("light", "poster.webp"), ("dark", "poster-dark.webp")):
+        for scheme, name in POSTERS:
             with atomic_path(PAGE / name) as temporary:
                 poster(scheme).save(temporary, "webp", quality=80)
 

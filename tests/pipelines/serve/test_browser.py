@@ -100,8 +100,9 @@ def unfold_person(page: Page) -> None:
 
 def order(page: Page, words: str, seconds: str = "1") -> str:
     """Request a small film of twelve frames per second; return the job's id."""
-    page.locator("#action").fill(words)
-    expect(page.locator("#chips .chip")).not_to_have_count(0)
+    with page.expect_response(lambda answer: answer.url.endswith("api/words")):
+        page.locator("#action").fill(words)
+    expect(page.locator("#doing")).to_have_text(re.compile(words[:4], re.IGNORECASE))
     page.locator("#chips .chip").first.click()
     page.get_by_label(re.compile("^Seconds of")).fill(seconds)
     page.keyboard.press("Tab")

@@ -34,6 +34,7 @@ COLORING: Mapping[str, str] = {
     "add_other_photos": "further photos",
     "replace_strangers": "colors of places behind another limb",
     "tint_hidden_hands": "the color of hidden hands",
+    "mirror_head": "the hidden half of a head on its vertices",
     "gather_evidence": "all continuation: labels, panels, detail",
     "pair_sides": "hidden places from the mirrored side",
     "bare_crossed_arms": "hidden forearms without sleeves",
@@ -43,7 +44,7 @@ COLORING: Mapping[str, str] = {
     "wear_gloves": "gloves on hidden hands",
     "even": "the tone of hidden skin and hair",
     "comb": "streaks of hidden long hair",
-    "mirror_texels": "the hidden half of a head",
+    "mirror_texels": "the hidden half of a head in the texture",
     "smooth_borders": "borders of materials in the texture",
 }
 """Rules of `a2v.reconstruction.coloring` that can be left out, and what they are for."""

@@ -79,6 +79,8 @@ class Painting:
         Vertices that the main photo shows well.
     mouth : (V,) bool
         The inside of the mouth, which has given colors and is no evidence for the cheeks.
+    lent : (V,) bool
+        Hidden vertices of the head with the color of their mirror image.
     colors : (V, 3)
         sRGB: of the photos at `known` vertices; from `solve` on of all.
     expected : (V, 3)
@@ -110,6 +112,7 @@ class Painting:
     known: BoolArray
     main: BoolArray
     mouth: BoolArray
+    lent: BoolArray
     colors: FloatArray
     expected: FloatArray
     paint: FacePaint | None = None
@@ -171,6 +174,7 @@ class Painting:
             known=known,
             main=known,
             mouth=nowhere,
+            lent=nowhere,
             colors=colors,
             expected=colors,
         )

@@ -75,7 +75,7 @@ def even(painting: Painting) -> Painting:
     colors = even_tones(
         painting.colors,
         painting.known & ~painting.mouth,
-        painting.known,
+        painting.known | painting.lent,
         labels=continued.labels,
         bare=painting.on(*HEAD, *(() if canvas.gloved else HANDS)),
         patterned=continued.patterned,

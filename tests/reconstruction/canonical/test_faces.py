@@ -15,7 +15,7 @@ from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting
 from a2v.reconstruction.coloring.bake import _of_hair
-from a2v.reconstruction.coloring.other_half import of_other_half
+from a2v.reconstruction.coloring.other_half import lent_to, of_other_half
 from a2v.reconstruction.coloring.tones import even_tones
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face.colors import EYE, face_paint
@@ -202,6 +202,11 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
     assert good.sum() > 200
     assert colors[good, 2].max() < 0.1
     assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
+    known = painting.trust > 0.5
+    lent = lent_to(canvas, known)
+    assert lent.sum() > 100
+    assert known[canvas.twin[lent]].all()
+    assert not (lent & known).any()
     trunk = faces[on_parts(canvas.parts, "torso")[faces].all(axis=1)][:50]
     kept, none, _ = of_other_half(painting, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
     assert kept.all()

@@ -96,7 +96,7 @@ def canonical_person(
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     skirt, lowest = _skirt(sight, body, without_anatomy(body, shod))
     hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
-    long = None if laid.features == "head" else reading.hair
+    long = None if laid.features == "head" else sights[0].reading.hair
     if long is not None:
         hidden |= under_hair(at_rest, parts, ray_normals(at_rest, mesh.faces))
     asked = ~hidden & _dressed(body, rest, laid, bare=bare, ears_shown=covers is False)
@@ -221,7 +221,7 @@ def _shod(
         if face.expressions
         else NO_FACE
     )
-    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body), given=faced.reading)
+    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body), given=None)
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)

@@ -173,6 +173,16 @@ ONLY_RIGS = {".npz": "smpl", ".vrma": "vrm"}
 """The rig that files of these suffixes need."""
 
 
+def write_pose(path: Path, character: Character) -> Path:
+    """Write the pose in which a character is bound as a motion of one frame, on the rig that the
+    file needs, else on the body's own."""
+    rig = ONLY_RIGS.get(path.suffix.lower(), OWN_RIG)
+    still = character.body.bone_transforms[None]
+    person, clips = RigOptions(rig=rig).prepare(character, {"pose": (still, 30.0)})
+    RIG_MOTIONS[path.suffix.lower()](path, person.body, *clips["pose"])
+    return path
+
+
 def rig_of_motions(
     path: Path, rig: str | None, root_motion: bool, *, native: bool
 ) -> RigOptions | None:

@@ -42,7 +42,14 @@ from pipelines.requests.motion import (
 )
 from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import VideoRequest
-from pipelines.rigs import AVATAR, AvatarOptions, RigOptions, write_avatar
+from pipelines.rigs import (
+    AVATAR,
+    RIG_MOTIONS,
+    AvatarOptions,
+    RigOptions,
+    write_avatar,
+    write_pose,
+)
 
 HELP = "Make one character file with several actions from a photo: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
@@ -91,6 +98,12 @@ class Options:
         "write the video's own vertices, each frame as a morph target of a .glb, without bones"
     )
     posing: PoseOptions = group(PoseOptions, "exported files")
+    pose_file: str | None = option(
+        f"with --pose photo: also write the pose as a motion of one frame: {', '.join(RIG_MOTIONS)}",
+        default=None,
+        metavar="FILE",
+        rare=True,
+    )
     rigging: RigOptions = group(RigOptions, "exported files")
     avatar: AvatarOptions = group(AvatarOptions, "exported files")
     deform: DeformSettings = settings(DeformSettings, users=("method",))
@@ -114,6 +127,12 @@ def run(options: Options) -> Answer:
     wanted = _wanted(options, path)
     options.posing.check_rig(path, options.rigging)
     options.engines.check(path)
+    pose = None if options.pose_file is None else Path(options.pose_file)
+    if pose is not None and (not options.posing.targets or pose.suffix.lower() not in RIG_MOTIONS):
+        raise InputError(
+            f"cannot write {pose}; --pose-file needs --pose photo and a name that ends in "
+            f"{', '.join(RIG_MOTIONS)}"
+        )
     motions = {name: options.motion(name, file) for name, file in wanted.items()}
     animated = animate(
         options.person,
@@ -133,6 +152,8 @@ def run(options: Options) -> Answer:
         )
     else:
         written = write_animated(path, animated, options.rigging, options.engines, avatar)
+    if pose is not None:
+        written += [write_pose(pose, animated.character)]
     facts = {"clips": list(animated.clips), **animated.facts}
     return Answer(files=written, notes=animated.notes, facts=facts)
 

@@ -10,6 +10,7 @@ import pytest
 
 from a2v import Character, Motion
 from a2v.animation import prepare_rig, retarget
+from a2v.animation.source import source_joints
 from a2v.formats import fbx, read_motion, write_motion
 from a2v.formats.bare import write_rig_skeleton
 from a2v.formats.bvh import write_rig_bvh
@@ -19,6 +20,7 @@ from a2v.formats.registry import MOTION_FORMATS
 from a2v.formats.smpl import write_smpl_motion
 from a2v.npm import find_node
 from a2v.types import Body, FloatArray
+from pipelines.rigs import write_pose
 from tests.support.glb import validate
 
 LARGEST = 2e-3
@@ -127,3 +129,17 @@ def test_characters_as_fbx_come_back(
     assert motion.frames == len(moves)
     order = [character.body.bone_names.index(name) for name in motion.joint_names]
     assert np.abs(motion.joints - moves[:, order][..., :3, 3]).max() < LARGEST
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".npz", ".vrma", ".glb"])
+def test_the_pose_of_a_character_is_a_motion_of_one_frame(
+    suffix: str, character: Character, tmp_path: Path
+) -> None:
+    write_pose(tmp_path / f"pose{suffix}", character)
+    motion = read_motion(tmp_path / f"pose{suffix}")
+    assert motion.frames == 1
+    found = source_joints(motion)
+    heads = dict(zip(character.body.bone_names, character.body.bone_transforms, strict=True))
+    for joint, bone in (("left_wrist", "wrist.L"), ("right_ankle", "foot.R"), ("head", "head")):
+        wanted = heads[bone][:3, 3] - heads["upperleg01.L"][:3, 3]
+        assert np.linalg.norm(found[joint][0] - found["left_hip"][0] - wanted) < 0.01, joint

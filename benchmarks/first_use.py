@@ -150,21 +150,21 @@ def main() -> int:
     parser.add_argument("--photo", type=Path, default=SAMPLE)
     parser.add_argument("--cache")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        with (
-            serving(Path(folder) / "page", given.cache or f"{folder}/store") as (address, server),
-            sync_playwright() as engine,
-        ):
-            browser = engine.chromium.launch(executable_path=find_browser(), args=list(FLAGS))
-            page = browser.new_page(viewport={"width": 1280, "height": 900})
-            page.set_default_timeout(1000 * LIMIT)
-            for event in use(page, address, server, given.photo):
-                print(
-                    f"{event.name:<18} {event.clicks} clicks, {event.seconds:6.1f} s by the clock, "
-                    f"{event.processor:6.1f} s of processors",
-                    flush=True,
-                )
-            browser.close()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        serving(Path(folder) / "page", given.cache or f"{folder}/store") as (address, server),
+        sync_playwright() as engine,
+    ):
+        browser = engine.chromium.launch(executable_path=find_browser(), args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.set_default_timeout(1000 * LIMIT)
+        for event in use(page, address, server, given.photo):
+            print(
+                f"{event.name:<18} {event.clicks} clicks, {event.seconds:6.1f} s by the clock, "
+                f"{event.processor:6.1f} s of processors",
+                flush=True,
+            )
+        browser.close()
     return 0
 
 

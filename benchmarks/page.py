@@ -94,14 +94,17 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--actions", type=int, default=50)
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, serving(Path(folder), None) as (address, _):
-        with sync_playwright() as engine:
-            browser = engine.chromium.launch(executable_path=find_browser(), args=list(FLAGS))
-            print(f"load {os.getloadavg()[0]:.1f}")
-            paints(browser, address, given.repeats)
-            acts(browser, address, given.actions)
-            print(f"load {os.getloadavg()[0]:.1f}")
-            browser.close()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        serving(Path(folder), None) as (address, _),
+        sync_playwright() as engine,
+    ):
+        browser = engine.chromium.launch(executable_path=find_browser(), args=list(FLAGS))
+        print(f"load {os.getloadavg()[0]:.1f}")
+        paints(browser, address, given.repeats)
+        acts(browser, address, given.actions)
+        print(f"load {os.getloadavg()[0]:.1f}")
+        browser.close()
     return 0
 
 

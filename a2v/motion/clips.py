@@ -42,6 +42,9 @@ OWN = "own-"
 OWN_AUTHOR = "a2v"
 """Their author."""
 
+RELAXED = "Idle"
+"""The clip of a relaxed standing person."""
+
 SHOWN_SECONDS = 5.0
 """Seconds for which a cycle is played if no length is given."""
 REPEATED_SECONDS = 2.5
@@ -82,6 +85,8 @@ class Clip:
     fps : float
     pace : float
         Forward speed, meters per second.
+    beats : int
+        How often a cycle repeats what it is named after; 0 if that cannot be counted.
     """
 
     name: str
@@ -93,6 +98,7 @@ class Clip:
     words: str
     fps: float
     pace: float
+    beats: int = 0
 
     @property
     def author(self) -> str:
@@ -169,6 +175,7 @@ def clip_library() -> ClipLibrary:
                 words=row["words"],
                 fps=fps,
                 pace=pace,
+                beats=int(row["beats"] or 0),
             )
         )
     offsets = held["rest_offsets"].astype(np.float64)

@@ -20,7 +20,7 @@ from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.transforms import inverse_kinematics, on_lengths
 from a2v.motion.applications import on_skeleton
 from a2v.motion.clips import SOURCE as CLIPS
-from a2v.motion.clips import clip_library, play_clip
+from a2v.motion.clips import RELAXED, clip_library, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited
@@ -41,8 +41,6 @@ FAR = 1.2
 LEAD = 0.6
 """Share of a blend for which a clip waits before it begins, since its first frames are hardly
 visible."""
-RELAXED = "Idle"
-"""The clip that gives the hands of motions without hands."""
 SOLE = 0.012
 """Height in meters of a standing person's lowest joint above the ground, on the library's
 skeleton."""

@@ -9,34 +9,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from a2v.errors import InputError
 from a2v.io import shorten
+from a2v.motion.layers import is_upper, sits
 from a2v.motion.lexicon import canonical_words, plain_words
 from a2v.motion.vocabulary import Match as Match
+from a2v.motion.vocabulary import UnknownActionError
 from a2v.motion.vocabulary import Vocabulary as Vocabulary
+from a2v.motion.wishes import NUMBERS, Taken, Told, Wishes, take_wishes
 
-NUMBERS = {
-    "half a": 0.5,
-    "half": 0.5,
-    "a": 1,
-    "an": 1,
-    "one": 1,
-    "two": 2,
-    "three": 3,
-    "four": 4,
-    "five": 5,
-    "six": 6,
-    "seven": 7,
-    "eight": 8,
-    "nine": 9,
-    "ten": 10,
-    "twelve": 12,
-    "fifteen": 15,
-    "twenty": 20,
-    "thirty": 30,
-}
 # : Longest step in a prompt, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
@@ -70,6 +53,20 @@ STANDING = "stand still"
 MARGIN = 0.15
 """Least lead of the score of two actions joined by "and" over that of one action."""
 
+UNKEPT = 0.8
+"""Factor on the confidence for each wish that is not kept."""
+LAYERED_BELOW = 0.75
+"""Score of one action below which two in layers are tried."""
+LIMB_WORDS = {"arm": "arms", "hand": "arms", "head": "head"}
+"""Stems of excluded words that name a limb: it is held still."""
+
+_WHILE = re.compile(
+    r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", re.IGNORECASE
+)
+_BODIES = re.compile(
+    r"upper\s+body:?\s+(?P<over>.+?)\s*,?\s+(?:and\s+)?(?:with\s+)?lower\s+body:?\s+(?P<base>.+)",
+    re.IGNORECASE,
+)
 _THEN = re.compile(
     r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
     re.IGNORECASE,
@@ -102,6 +99,8 @@ class Step:
     source : str
         Source of the action: a name of `a2v.motion.catalog`; "" for the model that is given with
         the steps.
+    wishes : Wishes
+        Count, distance, side and the like.
     """
 
     action: str
@@ -110,6 +109,7 @@ class Step:
     seed: int | None = None
     speed: float = 1.0
     source: str = ""
+    wishes: Wishes = Wishes()
 
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
@@ -137,10 +137,31 @@ class _Part:
     seconds: float | None = None
     frames: int | None = None
 
+    @property
+    def lasts(self) -> list[Told]:
+        """The given length."""
+        if self.seconds is not None:
+            return [Told("seconds", f"{self.seconds:g} s")]
+        return [] if self.frames is None else [Told("frames", f"{self.frames} frames")]
 
-def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
+
+@dataclass(frozen=True)
+class _Found:
+    """What a part is taken for."""
+
+    part: _Part
+    match: Match
+    wishes: Wishes
+
+
+def parse_prompt(
+    text: str, vocabulary: Vocabulary, *, strict: bool = False
+) -> tuple[list[Step], list[Match]]:
     """Parse a prompt such as "walk slowly, then salsa for 2 s, then jump" into steps and the match
     of each part.
+
+    A part that is no action is left out and told with the match before or after it, unless
+    `strict`.
 
     Raises
     ------
@@ -152,12 +173,27 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
         raise InputError(f"the prompt has {len(text)} letters; expected at most {MAX_PROMPT}")
     steps: list[Step] = []
     matches: list[Match] = []
+    refused: list[UnknownActionError] = []
     for part in _parts(text):
-        for piece, match in _matched(part, vocabulary):
+        try:
+            pieces = _matched(part, vocabulary)
+        except UnknownActionError as error:
+            if strict:
+                raise
+            refused.append(error)
+            if matches:
+                matches[-1] = _lacking(matches[-1], error)
+            continue
+        for number, found in enumerate(pieces):
+            match, piece = found.match, found.part
+            if not matches and refused and number == 0:
+                for error in refused:
+                    match = _lacking(match, error)
             again = (
                 matches
                 and (match.action, match.speed) == (matches[-1].action, matches[-1].speed)
                 and match.text != matches[-1].text
+                and found.wishes == steps[-1].wishes
             )
             if again and piece.seconds is None and piece.frames is None:
                 continue  # "so tired, out of breath" is a single description
@@ -167,15 +203,26 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
                     seconds=piece.seconds,
                     frames=piece.frames,
                     speed=match.speed,
+                    wishes=found.wishes,
                 )
             )
             matches.append(match)
+    if not steps:
+        raise refused[0]
     return steps, matches
+
+
+def _lacking(match: Match, error: UnknownActionError) -> Match:
+    """Tell that a part of the prompt is left out."""
+    near = f"; the nearest: {', '.join(error.nearest[:3])}" if error.nearest else ""
+    told = Told("part", f"'{shorten(error.text, 80)}'", False, f"no action is known{near}")
+    return replace(match, told=(*match.told, told), score=match.score * UNKEPT)
 
 
 def _parts(text: str) -> list[_Part]:
     """Split a prompt into parts. A part with only exclusions is joined to the previous part, or to
     the next."""
+    text = _BODIES.sub(r"\g<base> while \g<over>", text)
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
         raise InputError(
@@ -188,6 +235,10 @@ def _parts(text: str) -> list[_Part]:
     waiting: frozenset[str] = frozenset()
     for piece in pieces:
         seconds, frames, rest = take_duration(piece)
+        if parts and _DURATION.fullmatch(piece):  # "run cycle, 24 frames"
+            seconds, frames, _ = take_duration(f"{piece} x")
+            parts[-1] = replace(parts[-1], seconds=seconds, frames=frames)
+            continue
         wanted, without = take_negations(rest)
         if not wanted and without and without <= STILL:
             wanted, without = STANDING, frozenset()
@@ -208,40 +259,134 @@ def _parts(text: str) -> list[_Part]:
     return parts
 
 
-def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
-    """Match a part to one action, or to two joined by "and" if both match better than one."""
+def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
+    """Match a part to one action, to two in layers, or to two joined by "and" if both match better
+    than one."""
+    layers = _WHILE.split(part.text, maxsplit=1)
+    if len(layers) == 2:
+        return [_layered(part, layers[0], layers[1], vocabulary)]
     halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
-    whole: Match | None = None
-    refusal: InputError | None = None
+    whole: _Found | None = None
+    refusal: UnknownActionError | None = None
     try:
-        whole = vocabulary.match(part.text, part.without)
-    except InputError as error:
+        whole = _single(part, vocabulary)
+    except UnknownActionError as error:
         refusal = error
-    if len(halves) == 2 and all(halves) and (whole is None or whole.score < 0.95):
+    if whole is None or whole.match.score < LAYERED_BELOW:
+        over = _with_something(part, vocabulary)
+        if over is not None and (
+            whole is None or over.match.score > whole.match.score + MARGIN
+        ):
+            return [over]
+    if len(halves) == 2 and all(halves) and (whole is None or whole.match.score < 0.95):
         both = [_Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
-            found = [
-                (piece, match) for piece in both for piece, match in _matched(piece, vocabulary)
-            ]
-        except InputError as error:
+            found = [one for piece in both for one in _matched(piece, vocabulary)]
+        except UnknownActionError as error:
             refusal = refusal or error
         else:
-            if whole is None or min(match.score for _, match in found) > whole.score + MARGIN:
-                first = found[0][0]
-                found[0] = (
-                    _Part(
-                        first.text,
-                        first.without,
-                        part.seconds or first.seconds,
-                        part.frames or first.frames,
-                    ),
-                    found[0][1],
+            if (
+                whole is None
+                or min(one.match.score for one in found) > whole.match.score + MARGIN
+            ):
+                first = found[0].part
+                kept = _Part(
+                    first.text,
+                    first.without,
+                    part.seconds or first.seconds,
+                    part.frames or first.frames,
                 )
-                return found
+                return [replace(found[0], part=kept), *found[1:]]
     if whole is None:
         assert refusal is not None
         raise refusal
-    return [(part, whole)]
+    return [whole]
+
+
+def _single(part: _Part, vocabulary: Vocabulary) -> _Found:
+    """Match a part to one action, with its wishes. Words of a wish may be a part of the action's
+    name, so the action is the best match of the text with and without them."""
+    limbs = {LIMB_WORDS[stem]: None for stem in sorted(part.without) if stem in LIMB_WORDS}
+    without = frozenset() if limbs else part.without
+    exact = vocabulary.has(part.text)
+    taken = Taken(Wishes(), 1.0, part.text, part.text) if exact else take_wishes(part.text)
+    matches: list[Match] = []
+    refusal: UnknownActionError | None = None
+    for text in dict.fromkeys((part.text, taken.text, taken.sideless)):
+        try:
+            matches.append(vocabulary.match(text, without))
+        except UnknownActionError as error:
+            refusal = refusal or error
+    if not matches:
+        assert refusal is not None
+        raise refusal
+    match = max(
+        matches,
+        key=lambda one: (
+            one.score + MARGIN * (taken.wishes.side in plain_words(one.action)),
+            -len(one.text),
+        ),
+    )
+    wishes = replace(taken.wishes, still=tuple(limbs))
+    named = set(plain_words(match.action))
+    if wishes.side in named or (wishes.side == "both" and "hands" in named):
+        wishes = replace(wishes, side="")
+    if {"in", "place"} <= named or {"on", "spot"} <= set(plain_words(match.action)):
+        wishes = replace(wishes, in_place=False)
+    told = [
+        *match.told,
+        *part.lasts,
+        *(Told("without", f"without {word}") for word in sorted(without)),
+        *([] if taken.tempo == 1 else [Told("tempo", f"{taken.tempo:g} times its speed")]),
+    ]
+    match = replace(
+        match, text=part.text, told=tuple(told), speed=match.speed * taken.tempo
+    )
+    return _Found(part, match, wishes)
+
+
+def _layered(part: _Part, one: str, other: str, vocabulary: Vocabulary) -> _Found:
+    """Match two actions at once: that of the upper body over the other one."""
+    first, second = (
+        _single(replace(part, text=text.strip(" ,")), vocabulary) for text in (one, other)
+    )
+    base, over = first, second
+    if not is_upper(over.match.action) and is_upper(base.match.action):
+        base, over = over, base
+    if not is_upper(over.match.action):
+        raise UnknownActionError(part.text, (first.match.action, second.match.action))
+    if is_upper(base.match.action) and sits(over.match.action):
+        base, over = over, base
+    wishes = replace(
+        base.wishes,
+        over=over.match.action,
+        side=over.wishes.side or base.wishes.side,
+        look=over.wishes.look or base.wishes.look,
+        hands=over.wishes.hands or base.wishes.hands,
+    )
+    match = replace(
+        base.match, text=part.text, score=min(base.match.score, over.match.score)
+    )
+    return _Found(part, match, wishes)
+
+
+def _with_something(part: _Part, vocabulary: Vocabulary) -> _Found | None:
+    """Match "run with hands up" or "walk holding a torch": an action and one of the upper body."""
+    words = part.text.split()
+    best: _Found | None = None
+    for at in range(1, len(words)):
+        if words[at].lower() != "with" and not words[at].lower().endswith("ing"):
+            continue
+        start = at + (words[at].lower() == "with")
+        try:
+            found = _layered(
+                part, " ".join(words[:at]), " ".join(words[start:]), vocabulary
+            )
+        except UnknownActionError:
+            continue
+        if best is None or found.match.score > best.match.score:
+            best = found
+    return best
 
 
 def take_duration(text: str) -> tuple[float | None, int | None, str]:
@@ -290,11 +435,14 @@ def take_negations(text: str) -> tuple[str, frozenset[str]]:
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
-    """One line per part: its match, and the nearest other actions unless the name matched
-    exactly."""
+    """One line per part: its match, its wishes, and the nearest other actions unless the name
+    matched exactly."""
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
         near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 and match.others else ""
-        lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}")
+        told = "".join(f"; {told.line()}" for told in match.told)
+        lines.append(
+            f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}{told}"
+        )
     return lines

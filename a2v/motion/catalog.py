@@ -16,7 +16,6 @@ from typing import Any
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
-from a2v.motion.clips import LICENSE as CLIPS_LICENSE
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
 from a2v.motion.keeping import kept_and_told
@@ -301,7 +300,7 @@ def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
 def _clip_entries() -> tuple[list[Entry], Vocabulary]:
     clips = clip_library().clips
     entries = [
-        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, license=CLIPS_LICENSE)
+        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, license=clip.license)
         for clip in clips
     ]
     words = Vocabulary(

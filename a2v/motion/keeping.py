@@ -53,13 +53,20 @@ def refusals(step: Step, alone: bool) -> dict[str, str]:
 
 
 def kept_and_told(
-    steps: Sequence[Step], matches: Sequence[Match]
+    steps: Sequence[Step], matches: Sequence[Match], *, bundled: bool = True
 ) -> tuple[list[Step], list[Match]]:
     """Return the steps with only the wishes that are kept, and the matches with all of them told;
-    each that is not kept lowers the score."""
+    each that is not kept lowers the score. A model that is not `bundled` only takes edits."""
     left, told = [], []
     for step, match in zip(steps, matches, strict=True):
         refused = refusals(step, len(steps) == 1)
+        if not bundled:
+            edits = ("loop", "in_place", "mirror") if len(steps) == 1 else ()
+            refused |= {
+                name: "a model that is chosen by --model, or a direction, does not take it"
+                for name in step.wishes.names()
+                if name not in edits
+            }
         lines = told_wishes(step.wishes, refused)
         left.append(
             dataclasses.replace(step, wishes=without_wishes(step.wishes, refused))

@@ -27,6 +27,7 @@ from pathlib import Path
 import numpy as np
 from gestures import FPS, GESTURES, SIDES, Puppet
 from more_clips import SecondLibrary, carried
+from scipy.ndimage import gaussian_filter1d
 
 from a2v.formats.bvh import read_bvh
 from a2v.io import write_npz
@@ -42,6 +43,8 @@ FRONT = np.array([0.0, 0.04, 0.12])
 """The marker in front of the face, from the head's joint at rest, meters."""
 DOWN = 0.02
 """Height of a foot's ball above its lowest place below which it is in contact, meters."""
+STANDS = 0.6
+"""Least height of the pelvis of a clip that stands, meters."""
 REPEATS = 0.5
 """The last frame repeats the first one if their difference is below this share of the difference of
 two successive frames.
@@ -66,7 +69,6 @@ def with_front(motion: Motion) -> Motion:
 
 STRIDES = {
     "jog-fwd-loop": 0.56, "sprint-loop": 0.82, "run-anime": 0.6,
-    "kaykit/Running_Strafe_Left": 0.8, "kaykit/Running_Strafe_Right": 0.8,
 }  # fmt: skip
 """Factors on the stride of cycles whose feet move faster than people run: 5.9, 8.2 and 9.9 m/s with
 3, 3 and 4 steps a second."""
@@ -91,6 +93,35 @@ def pace_of(joints: np.ndarray, names: Sequence[str], fps: float, travels: str) 
     own = sign * speed[..., axis][down]
     along = sign * float(np.median(own[own > 0]))
     return np.array([along, 0.0] if axis == 0 else [0.0, along])
+
+
+def standing(joints: np.ndarray, names: Sequence[str]) -> bool:
+    """Return whether a clip stands on its feet throughout."""
+    return bool(joints[:, names.index("pelvis"), 1].min() > STANDS)
+
+
+def with_travel(
+    joints: np.ndarray, names: Sequence[str], fps: float, travels: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a cycle on the spot whose body moves within the cycle so that the standing foot stays
+    in place at an even pace, and that pace (2,)."""
+    axis, sign = WAYS[travels]
+    points = joints[:, [names.index(name) for name in ("ball_l", "ball_r")]].astype(np.float64)
+    around = np.concatenate([points[-1:], points, points[:1]])
+    back = -(around[2:] - around[:-2])[..., axis] / 2 * fps
+    low = points[..., 1].argmin(axis=1)
+    frames = np.arange(len(joints))
+    own = back[frames, low]
+    down = (points[frames, low, 1] - points[..., 1].min() < DOWN) & (sign * own > 0)
+    at = frames[down]
+    count = len(joints)
+    speed = np.interp(
+        frames, np.concatenate([at - count, at, at + count]), np.tile(own[down], 3)
+    )
+    speed = gaussian_filter1d(speed, 0.02 * fps, mode="wrap")
+    made = joints.astype(np.float64).copy()
+    made[..., axis] += (np.cumsum(speed - speed.mean()) / fps)[:, None]
+    return made, np.array([speed.mean(), 0.0] if axis == 0 else [0.0, speed.mean()])
 
 
 def shorter_strides(
@@ -203,8 +234,8 @@ def main() -> None:
             joints, fps = puppet.play(GESTURES[row["file"]][0]), FPS
         elif more is not None:
             joints, fps = puppet.with_hands(more.joints(row["file"]), row["hand"]), FPS
-            if row["plays"] == "once" and not row["travels"] and row["file"].startswith("kaykit"):
-                joints = carried(joints)
+            if row["file"].startswith("kaykit") and not row["travels"] and standing(joints, names):
+                joints = carried(joints, closes=row["plays"] != "once")
         else:
             motion = with_front(read_bvh(archive.read(row["file"] + ".bvh"), name=row["file"]))
             assert motion.joint_names == first.joint_names
@@ -219,6 +250,8 @@ def main() -> None:
                 joints, names, STRIDES[row["file"]], aside=row["travels"] in ("left", "right")
             )
         pace = pace_of(joints, names, fps, row["travels"])
+        if row["travels"] in WAYS and row["travels"] != "body":
+            joints, pace = with_travel(joints, names, fps, row["travels"])
         clips.append(np.round(joints / STEP).astype(np.int16))
         facts.append((fps, *pace))
         print(

@@ -108,8 +108,9 @@ def on_the_ground(joints: np.ndarray) -> np.ndarray:
     return made
 
 
-def carried(joints: np.ndarray) -> np.ndarray:
-    """Move the body of joints (T, J, 3) over the ground so that its standing feet stay in place."""
+def carried(joints: np.ndarray, *, closes: bool) -> np.ndarray:
+    """Move the body of joints (T, J, 3) over the ground so that its standing feet stay in place. A
+    clip that `closes` ends where it began."""
     names = clip_library().skeleton.joint_names
     feet = joints[:, [names.index(name) for name in ("ball_l", "ball_r", "foot_l", "foot_r")]]
     low = feet[..., 1] - feet[..., 1].min(axis=0)
@@ -117,7 +118,10 @@ def carried(joints: np.ndarray) -> np.ndarray:
     steps = np.diff(feet[..., [0, 2]], axis=0, prepend=feet[:1][..., [0, 2]])
     slid = (weight[..., None] * steps).sum(1) / weight.sum(1)[:, None]
     made = joints.copy()
-    made[..., [0, 2]] -= np.cumsum(slid, axis=0)[:, None]
+    moved = np.cumsum(slid, axis=0)
+    if closes:
+        moved -= np.linspace(0.0, 1.0, len(moved))[:, None] * moved[-1]
+    made[..., [0, 2]] -= moved[:, None]
     return made
 
 

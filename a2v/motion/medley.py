@@ -234,11 +234,18 @@ def _played(
     frames, first = segment.frames + ahead, segment.steps[0]
     if _alone(first):
         waits = lead if first.source == CLIPS else 0
+        ends = first.wishes.ends  # then it is done when the step ends, and the last pose is held
         play = Play(
-            frames=max(1, frames - waits), fps=fps, speed=speed, seed=seed, alone=segment.opens
+            frames=max(1, (segment.frames if ends else frames) - waits),
+            fps=fps,
+            speed=speed,
+            seed=seed,
+            alone=segment.opens,
         )
         joints = act(first, play).joints.astype(np.float64)
-        return np.concatenate([np.repeat(joints[:1], frames - len(joints), axis=0), joints])
+        joints = np.concatenate([np.repeat(joints[:1], waits, axis=0), joints])
+        left = frames - len(joints)
+        return np.concatenate([joints, np.repeat(joints[-1:], max(left, 0), axis=0)])[:frames]
     counts = [*segment.counts[:-1], segment.counts[-1] + ahead]
     steps = [
         dataclasses.replace(step, frames=count, seconds=None)

@@ -7,6 +7,7 @@ A prompt is split at "then", commas, and "and" between two actions. The duration
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -264,7 +265,8 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
     than one."""
     layers = _WHILE.split(part.text, maxsplit=1)
     if len(layers) == 2:
-        return [_layered(part, layers[0], layers[1], vocabulary)]
+        with contextlib.suppress(UnknownActionError):  # "duck while running" is one action
+            return [_layered(part, layers[0], layers[1], vocabulary)]
     halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
     whole: _Found | None = None
     refusal: UnknownActionError | None = None
@@ -285,6 +287,12 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
         except UnknownActionError as error:
             refusal = refusal or error
         else:
+            seated = len(found) == 2 and sits(found[0].match.action)
+            if seated and is_upper(found[1].match.action):  # "sit and eat"
+                joint = f"{found[0].match.action} and {found[1].match.action}"
+                if vocabulary.has(joint):  # "sit and talk"
+                    return [_single(replace(part, text=joint), vocabulary)]
+                return [_layered(part, halves[0], halves[1], vocabulary)]
             if (
                 whole is None
                 or min(one.match.score for one in found) > whole.match.score + MARGIN

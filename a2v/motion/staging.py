@@ -39,23 +39,28 @@ OWN = "-"
 """Marks a clip that begins or ends in a pose of its own."""
 UNMOVED = frozenset({"T-pose", "A-pose"})
 """Clips that are one pose."""
-DEAD = frozenset({"Die", "Die backwards", "Stagger and die"})
+DEAD = frozenset({"Die", "Die backwards", "Die slowly"})
 """Clips that end without any life."""
 QUIET = frozenset(
-    ["Sleep", "Lie", "Lie down", "Meditate", "Pray", "Fall through the air", "Fly", "Fly like a superhero", "Swim", "Tread water", "Push-ups", "Press-ups", "Sit-ups", "Crawl", "Crawl low", "Roll", "Kneel and fix", "Draw a bow upwards"]
+    ["Sleep", "Lie", "Lie down", "Meditate", "Pray", "Fall through the air", "Fly", "Fly like a superhero", "Swim", "Tread water", "Push-ups", "Press-ups", "Sit-ups", "Crawl", "Crawl on the belly", "Roll", "Kneel and fix", "Draw an arrow upwards"]
 )  # fmt: skip
 """Clips that breathe, but neither shift their weight nor look about."""
+
+CRAWLS = frozenset({"Crawl", "Crawl on the belly"})
+"""Clips whose feet are dragged."""
 
 BREATH_SECONDS = 3.8
 BREATH = np.deg2rad(1.3)
 """Angle of the chest in a breath."""
+SWAY = np.deg2rad(2.2)
+"""Size of the sway of the trunk, about the person's left and the vertical."""
 SHIFT = 0.016
 """Size of the shift of weight, meters."""
 GLANCE_SECONDS = (1.6, 3.2)
 """Range of the seconds between glances."""
-GLANCE = (np.deg2rad(14.0), np.deg2rad(30.0))
+GLANCE = (np.deg2rad(22.0), np.deg2rad(36.0))
 """Range of the angle of a glance."""
-TURN_SECONDS = 0.32
+TURN_SECONDS = 0.3
 """Seconds in which the head turns."""
 BUSY = (0.35, 0.9)
 """Speeds of joints, meters per second, from which a clip needs no glances, and has none."""
@@ -129,9 +134,13 @@ def staged(action: str, play: Play) -> Motion:
         joints = _in_stances(clip, len(library.joints[index]), joints, play)
     if action not in UNMOVED:
         joints = lively(joints, play, quiet=action in QUIET, dead=action in DEAD)
-    if (clip.pace or clip.aside) and action not in QUIET and not play.cycles:
+    if not (action in CRAWLS or clip.air or action in UNMOVED or play.cycles):
+        travels = bool(clip.pace or clip.aside)
         joints = plant_feet(
-            joints, library.skeleton, play.fps, settings=PlantSettings(share=0.5)
+            joints,
+            library.skeleton,
+            play.fps,
+            settings=PlantSettings(share=0.8 if travels else 0.4, carry=float(travels)),
         ).astype(np.float64)
     return _with_joints(made, joints)
 
@@ -244,6 +253,10 @@ def lively(joints: FloatArray, play: Play, *, quiet: bool, dead: bool = False) -
     for bone, share in (("neck_01", 0.4), ("head", 0.6)):
         _turn(made, bone, share * free * yaw, 1, skeleton)
         _turn(made, bone, share * free * pitch, 0, skeleton)
+    for axis, wave in ((0, 6.3), (1, 8.7)):
+        cycle = seconds / max(1, round(seconds / wave)) if play.cycles else wave
+        swing = np.sin(2 * np.pi * times / cycle + draw.uniform(0, 2 * np.pi))
+        _turn(made, "spine_01", SWAY * free * swing, axis, skeleton)
     feet = made[:, [names.index("ball_l"), names.index("ball_r")]]
     stands = float(
         feet[..., 1].max() < 0.08 and np.ptp(feet, axis=0).max() < 0.15 and made[0, 0, 1] > 0.7

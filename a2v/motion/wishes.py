@@ -143,6 +143,11 @@ class Wishes:
         """Whether the upper body does something else."""
         return bool(self.over or self.still)
 
+    @property
+    def ends(self) -> bool:
+        """Whether it is done at a certain moment: after a distance, an angle or a count."""
+        return (self.distance, self.angle, self.count) != (None, None, None)
+
     def names(self) -> list[str]:
         """Names of the wishes that are made."""
         return [

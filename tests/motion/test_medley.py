@@ -16,13 +16,13 @@ from a2v.motion.prompts import Step
 @pytest.fixture(scope="module")
 def mixed():
     return make_sourced(
-        understand("march for 2 s, then bow, then drink").steps, frames=240, fps=30, seed=2
+        understand("march for 2 s, then bow, then turn the steering wheel").steps, frames=240, fps=30, seed=2
     )
 
 
 def test_a_mix_has_the_frames_that_are_asked_for(mixed) -> None:
     assert mixed.frames == 240
-    assert mixed.action == "March,Bow,drink"
+    assert mixed.action == "March,Bow,turn_steering_wheel"
     np.testing.assert_allclose(mixed.action_starts[:2], [0, 2])
     assert mixed.provenance["sources"] == ["cmu-fine", "clips", "humanact12"]
     assert mixed.provenance["told"] == [False, True, False]

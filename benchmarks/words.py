@@ -175,7 +175,9 @@ def measure_meant(show: bool) -> None:
         own = [row for row in raw if row["kind"] == kind]
         counts, bad = count([Row.of(row) for row in own], resolve, actions)
         wished = [wish for row in own for wish in filter(None, row["wishes"].split(";"))]
-        lost = [(row["prompt"], wish) for row in own for wish in untold(row["prompt"], row["wishes"])]
+        lost = [
+            (row["prompt"], wish) for row in own for wish in untold(row["prompt"], row["wishes"])
+        ]
         print(
             f"{MEANT}, {kind}: {len(own)} prompts, wrong {counts['wrong']}, served "
             f"{counts['served']} of {counts['servable']} servable; {len(wished)} wishes, "

@@ -271,7 +271,11 @@ class Puppet:
                 + (pose[moved] - pose[self.at(name)])
                 @ rotvec_to_rotmat(np.array([np.deg2rad(angle), 0, 0])).T
             )
-        for name, angle in (("spine_02", key.twist), ("neck_01", key.turn / 2), ("head", key.turn / 2)):
+        for name, angle in (
+            ("spine_02", key.twist),
+            ("neck_01", key.turn / 2),
+            ("head", key.turn / 2),
+        ):
             moved = self.below(name)
             pose[moved] = (
                 pose[self.at(name)]

@@ -115,9 +115,7 @@ def with_travel(
     down = (points[frames, low, 1] - points[..., 1].min() < DOWN) & (sign * own > 0)
     at = frames[down]
     count = len(joints)
-    speed = np.interp(
-        frames, np.concatenate([at - count, at, at + count]), np.tile(own[down], 3)
-    )
+    speed = np.interp(frames, np.concatenate([at - count, at, at + count]), np.tile(own[down], 3))
     speed = gaussian_filter1d(speed, 0.02 * fps, mode="wrap")
     made = joints.astype(np.float64).copy()
     made[..., axis] += (np.cumsum(speed - speed.mean()) / fps)[:, None]

@@ -144,9 +144,11 @@ class _Glb:
         width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
         start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
         assert accessor["componentType"] == 5126
-        return np.frombuffer(
-            self.binary, "<f4", accessor["count"] * width, start
-        ).reshape(-1, width).astype(np.float64)
+        return (
+            np.frombuffer(self.binary, "<f4", accessor["count"] * width, start)
+            .reshape(-1, width)
+            .astype(np.float64)
+        )
 
     def transforms(self, name: str) -> dict[str, np.ndarray]:
         """World transforms (T, 4, 4) of every node in an animation, by name; "" for the rest

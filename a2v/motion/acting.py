@@ -242,7 +242,10 @@ def _side_of(motion: Motion) -> str:
     for end, top in (("hand", "upperarm"), ("foot", "thigh")):
         ways = []
         for side in ("l", "r"):
-            off = motion.joints[:, names.index(f"{end}_{side}")] - motion.joints[:, names.index(f"{top}_{side}")]
+            off = (
+                motion.joints[:, names.index(f"{end}_{side}")]
+                - motion.joints[:, names.index(f"{top}_{side}")]
+            )
             ways.append(float(np.linalg.norm(off - np.median(off, axis=0), axis=-1).max()))
         more.append(ways[0] - ways[1])
     most = max(more, key=abs)

@@ -141,9 +141,7 @@ class Understanding:
     matches: tuple[Match, ...]
 
     @classmethod
-    def of(
-        cls, steps: Sequence[Step], matches: Sequence[Match], known: Catalog
-    ) -> Understanding:
+    def of(cls, steps: Sequence[Step], matches: Sequence[Match], known: Catalog) -> Understanding:
         """Give steps their sources, and tell which wishes are kept."""
         left, told = kept_and_told(with_sources(steps, known), matches)
         return cls(tuple(left), tuple(told))
@@ -151,9 +149,7 @@ class Understanding:
     @property
     def sources(self) -> tuple[str, ...]:
         """The sources of the steps and their layers, each once."""
-        own = (
-            source for step in self.steps for source in (step.source, step.wishes.over_source)
-        )
+        own = (source for step in self.steps for source in (step.source, step.wishes.over_source))
         return tuple(dict.fromkeys(filter(None, own)))
 
 

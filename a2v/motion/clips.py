@@ -2,9 +2,9 @@
 backflip...
 
 ``clips.csv`` lists them and their mode of play. ``a2v/weights/clips.npz`` contains their joints,
-with fingers (made by ``scripts/make_clips.py``). `AUTHORS` names authors and licenses. The seed varies a clip: its tempo
-is warped, left and right are swapped if the clip allows it, and the upper body moves slightly more
-or less.
+with fingers (made by ``scripts/make_clips.py``). `AUTHORS` names authors and licenses. The seed
+varies a clip: its tempo is warped, left and right are swapped if the clip allows it, and the upper
+body moves slightly more or less.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import zlib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -286,17 +287,22 @@ def play_clip(
         action=clip.name,
         seed=seed,
         rest_offsets=library.rest_offsets,
-        provenance={
-            "clip": clip.file,
-            "author": clip.author,
-            "license": clip.license,
-            "model_digest": file_digest(LIBRARY),
-            "seed": seed,
-            "told": [True],
-            "air": [clip.air],
-        },
+        provenance=_facts(clip, seed),
     )
     return mirror_motion(played) if mirrored and clip.mirrors else played
+
+
+def _facts(clip: Clip, seed: int) -> dict[str, Any]:
+    """Where a motion of a clip comes from."""
+    return {
+        "clip": clip.file,
+        "author": clip.author,
+        "license": clip.license,
+        "model_digest": file_digest(LIBRARY),
+        "seed": seed,
+        "told": [True],
+        "air": [clip.air],
+    }
 
 
 def _sampled(

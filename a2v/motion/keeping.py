@@ -15,7 +15,10 @@ STEERED = "cmu-fine"
 """The source that follows a path and turns by an angle."""
 TURNS = ("Turn in place",)
 """Actions that turn by a given angle."""
-ONE_SHOTS = ("Jump", "Jump forward", "High jump", "Jump kick", "Reach up", "Hop forward", "Long jump", "Hop on one foot", "Jump and turn")  # fmt: skip
+ONE_SHOTS = (
+    "Jump", "Jump forward", "High jump", "Jump kick", "Reach up", "Hop forward", "Long jump",
+    "Hop on one foot", "Jump and turn",
+)  # fmt: skip
 """Actions of the models that are done once, so that repetitions are counted."""
 LEAST_SPEED = 0.3
 """Speed of an action from which it has a way, meters per second."""
@@ -68,9 +71,7 @@ def kept_and_told(
                 if name not in edits
             }
         lines = told_wishes(step.wishes, refused)
-        left.append(
-            dataclasses.replace(step, wishes=without_wishes(step.wishes, refused))
-        )
+        left.append(dataclasses.replace(step, wishes=without_wishes(step.wishes, refused)))
         told.append(
             dataclasses.replace(
                 match,

@@ -86,13 +86,13 @@ def _words(text: str) -> list[str]:
 
 def _english_share(text: str) -> float:
     """Share of the words of a text that are English."""
-    words = [word for word in re.findall(r"[^\W\d_]+", text.lower().replace("'", ""))]
+    words = re.findall(r"[^\W\d_]+", text.lower().replace("'", ""))
     known = [
         word in STOPWORDS
         or (word.isascii() and (root(word) in dictionary() or (root(word),) in synonyms()[0]))
         for word in words
     ]
-    return sum(known) / max(len(known), 1)
+    return float(sum(known)) / max(len(known), 1)
 
 
 @cache
@@ -139,7 +139,11 @@ def _read(text: str, code: str) -> tuple[str, float]:
     at = known = counted = 0
     while at < len(pieces):
         for size in range(min(longest, len(pieces) - at), 0, -1):
-            key = ("".join(stems[at : at + size]),) if code in UNSPACED else tuple(stems[at : at + size])
+            key = (
+                ("".join(stems[at : at + size]),)
+                if code in UNSPACED
+                else tuple(stems[at : at + size])
+            )
             if key in _table(code):
                 means = _table(code)[key]
                 english += [] if means == LEFT_OUT else [means]

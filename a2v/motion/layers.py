@@ -98,7 +98,9 @@ def _parts(skeleton: Skeleton) -> _Parts:
     return _Parts(trunk, head, arms)
 
 
-def _frames(joints: FloatArray, skeleton: Skeleton, across: tuple[str, str], ends: tuple[str, str]) -> FloatArray:
+def _frames(
+    joints: FloatArray, skeleton: Skeleton, across: tuple[str, str], ends: tuple[str, str]
+) -> FloatArray:
     """Orientation (T, 3, 3) of a part of the trunk, with columns left, up and ahead."""
     names = skeleton.joint_names
     left = unit(joints[:, names.index(across[0])] - joints[:, names.index(across[1])])
@@ -125,9 +127,10 @@ def used_parts(over: FloatArray, skeleton: Skeleton) -> list[str]:
     away = np.einsum("tba,tjb->tja", own, over - over[:, [names.index("spine_03")]])
     at_rest = np.einsum("tba,tjb->tja", rest, idle - idle[:, [names.index("spine_03")]])
     used = []
-    turned = np.einsum(
-        "tba,tbc->tac", pelvis_of(over, skeleton), chest_of(over, skeleton)
-    ) @ (pelvis_of(idle, skeleton)[0].T @ rest[0]).T
+    turned = (
+        np.einsum("tba,tbc->tac", pelvis_of(over, skeleton), chest_of(over, skeleton))
+        @ (pelvis_of(idle, skeleton)[0].T @ rest[0]).T
+    )
     angle = np.arccos(np.clip((np.trace(turned, axis1=1, axis2=2) - 1) / 2, -1, 1))
     if angle.max() > LEANS:
         used.append("trunk")
@@ -161,7 +164,7 @@ def layered(base: FloatArray, over: FloatArray, parts: list[str], fps: float) ->
     share = smoothstep(times, 0.0, EASE_SECONDS)[:, None, None]
     if "trunk" in parts:
         turn = pelvis_of(made, skeleton) @ pelvis_of(donor, skeleton).transpose(0, 2, 1)
-        trunk = [joint for joint in (*own.trunk, *own.head, *own.arms["left"], *own.arms["right"])]
+        trunk = [*own.trunk, *own.head, *own.arms["left"], *own.arms["right"]]
         # a bent trunk carries arms and head along
         before = chest_of(made, skeleton)
         made = _mixed(made, donor, own.trunk, turn, share, skeleton)
@@ -193,8 +196,8 @@ def _mixed(
     wanted = np.einsum("tab,tjb->tja", turn, others[:, bones])
     lengths = np.linalg.norm(vectors[:, bones], axis=-1, keepdims=True)
     mixed = vectors[:, bones] + share * (wanted - vectors[:, bones])
-    vectors[:, bones] = mixed * lengths / np.maximum(
-        np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-9
+    vectors[:, bones] = (
+        mixed * lengths / np.maximum(np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-9)
     )
     made: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, vectors) + base[:, :1]
     return made

@@ -141,7 +141,7 @@ class _Segment:
 
 def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: float) -> Motion:
     counts = shared_frames(steps, frames=frames, fps=fps)
-    segments = []
+    segments: list[_Segment] = []
     for (source, _), run in groupby(
         enumerate(steps),
         key=lambda item: (item[1].source, item[0] if _alone(item[1]) else -1),
@@ -209,9 +209,7 @@ def _told(motion: Motion, steps: Sequence[Step], seed: int) -> Motion:
     facts = {
         "sources": [step.source for step in steps],
         "seed": seed,
-        "told": [
-            own or bool(step.wishes.over) for own, step in zip(clips, steps, strict=True)
-        ],
+        "told": [own or bool(step.wishes.over) for own, step in zip(clips, steps, strict=True)],
         "air": air,
         "rises": rising,
     }
@@ -245,7 +243,8 @@ def _played(
         joints = act(first, play).joints.astype(np.float64)
         joints = np.concatenate([np.repeat(joints[:1], waits, axis=0), joints])
         left = frames - len(joints)
-        return np.concatenate([joints, np.repeat(joints[-1:], max(left, 0), axis=0)])[:frames]
+        joints = np.concatenate([joints, np.repeat(joints[-1:], max(left, 0), axis=0)])
+        return np.asarray(joints[:frames])
     counts = [*segment.counts[:-1], segment.counts[-1] + ahead]
     steps = [
         dataclasses.replace(step, frames=count, seconds=None)

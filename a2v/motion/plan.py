@@ -155,9 +155,7 @@ class MotionPlan:
         self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None
     ) -> Motion:
         """Make the motion; see `make_steps`."""
-        return make_steps(
-            self.model, self.steps, take, edit=self.merged(edit), direction=direction
-        )
+        return make_steps(self.model, self.steps, take, edit=self.merged(edit), direction=direction)
 
 
 def make_steps(
@@ -180,7 +178,9 @@ def make_steps(
     if model is not None and not any(step.source for step in steps):
         return make_motion(model, steps, take, edit=edit, direction=direction)
     if direction is not None and take.lengths is None and take.count == 1:
-        return make_directed(steps, frames=take.frames, fps=take.fps, direction=direction, seed=take.seed, edit=edit)
+        return make_directed(
+            steps, frames=take.frames, fps=take.fps, direction=direction, seed=take.seed, edit=edit
+        )
     if direction is not None or take.lengths is not None:
         raise InputError(
             f"{', '.join(step.action for step in steps)}: a motion with hand-keyed "

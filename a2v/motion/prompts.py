@@ -15,45 +15,19 @@ from dataclasses import dataclass, replace
 from a2v.errors import InputError
 from a2v.io import shorten
 from a2v.motion.layers import is_upper, sits
-from a2v.motion.lexicon import canonical_words, plain_words
+from a2v.motion.lexicon import plain_words
+from a2v.motion.splitting import Part, split_prompt, take_duration
 from a2v.motion.vocabulary import Match as Match
 from a2v.motion.vocabulary import UnknownActionError
 from a2v.motion.vocabulary import Vocabulary as Vocabulary
-from a2v.motion.wishes import NUMBERS, Taken, Told, Wishes, take_wishes
+from a2v.motion.wishes import NONE, Taken, Told, Wishes, take_wishes
 
 # : Longest step in a prompt, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
 """Largest number of letters of a prompt; longer prompts are refused before they are read."""
-MAX_PARTS = 40
-"""Largest number of parts of a prompt."""
-
-NEGATIONS = frozenset(
-    [
-        "not",
-        "no",
-        "dont",
-        "doesnt",
-        "didnt",
-        "isnt",
-        "never",
-        "without",
-        "cant",
-        "cannot",
-        "avoid",
-        "nor",
-    ]
-)
-UNKNOWING = frozenset(["know", "idea", "clue"])
-"""Words after a negation that mean a shrug: "I don't know"."""
-RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
-"""Words that end a negation."""
-STILL = frozenset(["move", "anyth", "stir", "budg"])
-"""A prompt that only excludes these means standing."""
-STANDING = "stand still"
 MARGIN = 0.15
 """Least lead of the score of two actions joined by "and" over that of one action."""
-
 UNKEPT = 0.8
 """Factor on the confidence for each wish that is not kept."""
 LAYERED_BELOW = 0.75
@@ -61,24 +35,8 @@ LAYERED_BELOW = 0.75
 LIMB_WORDS = {"arm": "arms", "hand": "arms", "head": "head"}
 """Stems of excluded words that name a limb: it is held still."""
 
-_WHILE = re.compile(
-    r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", re.IGNORECASE
-)
-_BODIES = re.compile(
-    r"upper\s+body:?\s+(?P<over>.+?)\s*,?\s+(?:and\s+)?(?:with\s+)?lower\s+body:?\s+(?P<base>.+)",
-    re.IGNORECASE,
-)
-_THEN = re.compile(
-    r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
-    re.IGNORECASE,
-)
+_WHILE = re.compile(r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", re.IGNORECASE)
 _AND = re.compile(r"\s+and\s+", re.IGNORECASE)
-_NAMED = "|".join(sorted(NUMBERS, key=len, reverse=True))
-_LONG = r"seconds?|secs?|minutes?|mins?|frames?"
-_DURATION = re.compile(
-    rf"\b(?:for\s+)?(?:about\s+|around\s+)?(?:(?P<digits>\d+(?:\.\d+)?)\s*-?\s*(?P<unit>{_LONG}|s)|(?P<named>{_NAMED})[\s-]+(?P<word>{_LONG}))\b",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +68,7 @@ class Step:
     seed: int | None = None
     speed: float = 1.0
     source: str = ""
-    wishes: Wishes = Wishes()
+    wishes: Wishes = NONE
 
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
@@ -130,27 +88,10 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Part:
-    """A part of a prompt: the requested action, the excluded words, and the length."""
-
-    text: str
-    without: frozenset[str] = frozenset()
-    seconds: float | None = None
-    frames: int | None = None
-
-    @property
-    def lasts(self) -> list[Told]:
-        """The given length."""
-        if self.seconds is not None:
-            return [Told("seconds", f"{self.seconds:g} s")]
-        return [] if self.frames is None else [Told("frames", f"{self.frames} frames")]
-
-
-@dataclass(frozen=True)
 class _Found:
     """What a part is taken for."""
 
-    part: _Part
+    part: Part
     match: Match
     wishes: Wishes
 
@@ -175,7 +116,7 @@ def parse_prompt(
     steps: list[Step] = []
     matches: list[Match] = []
     refused: list[UnknownActionError] = []
-    for part in _parts(text):
+    for part in split_prompt(text):
         try:
             pieces = _matched(part, vocabulary)
         except UnknownActionError as error:
@@ -188,8 +129,8 @@ def parse_prompt(
         for number, found in enumerate(pieces):
             match, piece = found.match, found.part
             if not matches and refused and number == 0:
-                for error in refused:
-                    match = _lacking(match, error)
+                for unknown in refused:
+                    match = _lacking(match, unknown)
             again = (
                 matches
                 and (match.action, match.speed) == (matches[-1].action, matches[-1].speed)
@@ -220,47 +161,7 @@ def _lacking(match: Match, error: UnknownActionError) -> Match:
     return replace(match, told=(*match.told, told), score=match.score * UNKEPT)
 
 
-def _parts(text: str) -> list[_Part]:
-    """Split a prompt into parts. A part with only exclusions is joined to the previous part, or to
-    the next."""
-    text = _BODIES.sub(r"\g<base> while \g<over>", text)
-    pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
-    if not text.strip() or not all(pieces):
-        raise InputError(
-            f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or "
-            "'then' between them"
-        )
-    if len(pieces) > MAX_PARTS:
-        raise InputError(f"the prompt has {len(pieces)} parts; expected at most {MAX_PARTS}")
-    parts: list[_Part] = []
-    waiting: frozenset[str] = frozenset()
-    for piece in pieces:
-        seconds, frames, rest = take_duration(piece)
-        if parts and _DURATION.fullmatch(piece):  # "run cycle, 24 frames"
-            seconds, frames, _ = take_duration(f"{piece} x")
-            parts[-1] = replace(parts[-1], seconds=seconds, frames=frames)
-            continue
-        wanted, without = take_negations(rest)
-        if not wanted and without and without <= STILL:
-            wanted, without = STANDING, frozenset()
-        if not wanted and not without:
-            wanted = rest
-        if not wanted and parts:
-            last = parts[-1]
-            parts[-1] = _Part(last.text, last.without | without, last.seconds, last.frames)
-        elif not wanted:
-            waiting |= without
-        else:
-            parts.append(_Part(wanted, without | waiting, seconds, frames))
-            waiting = frozenset()
-    if not parts:
-        raise InputError(
-            f"'{shorten(text, 80)}' only excludes actions; name one to do (a2v actions lists them)"
-        )
-    return parts
-
-
-def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
+def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
     """Match a part to one action, to two in layers, or to two joined by "and" if both match better
     than one."""
     layers = _WHILE.split(part.text, maxsplit=1)
@@ -276,12 +177,10 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
         refusal = error
     if whole is None or whole.match.score < LAYERED_BELOW:
         over = _with_something(part, vocabulary)
-        if over is not None and (
-            whole is None or over.match.score > whole.match.score + MARGIN
-        ):
+        if over is not None and (whole is None or over.match.score > whole.match.score + MARGIN):
             return [over]
     if len(halves) == 2 and all(halves) and (whole is None or whole.match.score < 0.95):
-        both = [_Part(half, part.without, *take_duration(half)[:2]) for half in halves]
+        both = [Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
             found = [one for piece in both for one in _matched(piece, vocabulary)]
         except UnknownActionError as error:
@@ -293,12 +192,9 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
                 if vocabulary.has(joint):  # "sit and talk"
                     return [_single(replace(part, text=joint), vocabulary)]
                 return [_layered(part, halves[0], halves[1], vocabulary)]
-            if (
-                whole is None
-                or min(one.match.score for one in found) > whole.match.score + MARGIN
-            ):
+            if whole is None or min(one.match.score for one in found) > whole.match.score + MARGIN:
                 first = found[0].part
-                kept = _Part(
+                kept = Part(
                     first.text,
                     first.without,
                     part.seconds or first.seconds,
@@ -311,7 +207,7 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[_Found]:
     return [whole]
 
 
-def _single(part: _Part, vocabulary: Vocabulary) -> _Found:
+def _single(part: Part, vocabulary: Vocabulary) -> _Found:
     """Match a part to one action, with its wishes. Words of a wish may be a part of the action's
     name, so the action is the best match of the text with and without them."""
     limbs = {LIMB_WORDS[stem]: None for stem in sorted(part.without) if stem in LIMB_WORDS}
@@ -347,13 +243,11 @@ def _single(part: _Part, vocabulary: Vocabulary) -> _Found:
         *(Told("without", f"without {word}") for word in sorted(without)),
         *([] if taken.tempo == 1 else [Told("tempo", f"{taken.tempo:g} times its speed")]),
     ]
-    match = replace(
-        match, text=part.text, told=tuple(told), speed=match.speed * taken.tempo
-    )
+    match = replace(match, text=part.text, told=tuple(told), speed=match.speed * taken.tempo)
     return _Found(part, match, wishes)
 
 
-def _layered(part: _Part, one: str, other: str, vocabulary: Vocabulary) -> _Found:
+def _layered(part: Part, one: str, other: str, vocabulary: Vocabulary) -> _Found:
     """Match two actions at once: that of the upper body over the other one."""
     first, second = (
         _single(replace(part, text=text.strip(" ,")), vocabulary) for text in (one, other)
@@ -372,13 +266,11 @@ def _layered(part: _Part, one: str, other: str, vocabulary: Vocabulary) -> _Foun
         look=over.wishes.look or base.wishes.look,
         hands=over.wishes.hands or base.wishes.hands,
     )
-    match = replace(
-        base.match, text=part.text, score=min(base.match.score, over.match.score)
-    )
+    match = replace(base.match, text=part.text, score=min(base.match.score, over.match.score))
     return _Found(part, match, wishes)
 
 
-def _with_something(part: _Part, vocabulary: Vocabulary) -> _Found | None:
+def _with_something(part: Part, vocabulary: Vocabulary) -> _Found | None:
     """Match "run with hands up" or "walk holding a torch": an action and one of the upper body."""
     words = part.text.split()
     best: _Found | None = None
@@ -387,59 +279,12 @@ def _with_something(part: _Part, vocabulary: Vocabulary) -> _Found | None:
             continue
         start = at + (words[at].lower() == "with")
         try:
-            found = _layered(
-                part, " ".join(words[:at]), " ".join(words[start:]), vocabulary
-            )
+            found = _layered(part, " ".join(words[:at]), " ".join(words[start:]), vocabulary)
         except UnknownActionError:
             continue
         if best is None or found.match.score > best.match.score:
             best = found
     return best
-
-
-def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Extract a length in seconds or frames, given by a number and a unit; returns it and the rest
-    of the text."""
-    found = _DURATION.search(text)
-    if found is None:
-        return None, None, text
-    rest = " ".join((text[: found.start()] + " " + text[found.end() :]).split())
-    if not rest:
-        return None, None, text
-    amount = (
-        float(found["digits"])
-        if found["digits"]
-        else float(NUMBERS[" ".join(found["named"].lower().split())])
-    )
-    unit = (found["unit"] or found["word"]).lower()
-    if unit.startswith("frame"):
-        return None, max(1, round(amount)), rest
-    return amount * (60 if unit.startswith("min") else 1), None, rest
-
-
-def take_negations(text: str) -> tuple[str, frozenset[str]]:
-    """Split a text into the requested words and the stems of the excluded ones: "run without
-    stopping" requests "run". A "no" at the end counts as a requested word."""
-    wanted: list[str] = []
-    unwanted: list[str] = []
-    negated = False
-    words = text.split()
-    plain = ["".join(plain_words(word)) for word in words]
-    for at, (word, bare) in enumerate(zip(words, plain, strict=True)):
-        if bare in NEGATIONS and any(plain[at + 1 :]) and plain[at + 1] not in UNKNOWING:
-            negated = True
-            if wanted and plain[at - 1] in ("do", "does", "is", "but"):
-                wanted.pop()
-        elif negated and bare in RESUMES:
-            negated = False
-        elif negated:
-            unwanted.append(word)
-        else:
-            wanted.append(word)
-    kept = " ".join(wanted)
-    if not canonical_words(kept):
-        kept = ""
-    return kept, frozenset(canonical_words(" ".join(unwanted)))
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
@@ -450,7 +295,5 @@ def explain(matches: Sequence[Match]) -> list[str]:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
         near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 and match.others else ""
         told = "".join(f"; {told.line()}" for told in match.told)
-        lines.append(
-            f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}{told}"
-        )
+        lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}{told}")
     return lines

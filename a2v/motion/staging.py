@@ -42,7 +42,11 @@ UNMOVED = frozenset({"T-pose", "A-pose"})
 DEAD = frozenset({"Die", "Die backwards", "Die slowly"})
 """Clips that end without any life."""
 QUIET = frozenset(
-    ["Sleep", "Lie", "Lie down", "Meditate", "Pray", "Fall through the air", "Fly", "Fly like a superhero", "Swim", "Tread water", "Push-ups", "Press-ups", "Sit-ups", "Crawl", "Crawl on the belly", "Roll", "Kneel and fix", "Draw an arrow upwards"]
+    [
+        "Sleep", "Lie", "Lie down", "Meditate", "Pray", "Fall through the air", "Fly",
+        "Fly like a superhero", "Swim", "Tread water", "Push-ups", "Press-ups", "Sit-ups", "Crawl",
+        "Crawl on the belly", "Roll", "Kneel and fix", "Draw an arrow upwards",
+    ]
 )  # fmt: skip
 """Clips that breathe, but neither shift their weight nor look about."""
 
@@ -296,9 +300,7 @@ def _glances(
     return yaw, pitch
 
 
-def _turn(
-    joints: FloatArray, bone: str, angle: FloatArray, axis: int, skeleton: Skeleton
-) -> None:
+def _turn(joints: FloatArray, bone: str, angle: FloatArray, axis: int, skeleton: Skeleton) -> None:
     """Turn what hangs on a joint by `angle` (T,), in place: about the person's left (`axis` 0) or
     about the vertical (1)."""
     names = skeleton.joint_names

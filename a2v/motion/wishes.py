@@ -34,11 +34,11 @@ NUMBERS = {
     "thirty": 30,
 }
 MAX_COUNT = 50
-MAX_METRES = 200.0
+MAX_METERS = 200.0
 MAX_DEGREES = 1080.0
 PACE = (0.1, 10.0)
 """Range of a speed in words, meters per second."""
-STEP_METRES = 0.7
+STEP_METERS = 0.7
 """Length of a step of "walk two steps", meters."""
 SIDES = ("left", "right", "both")
 LOOKS = ("camera", "ahead", "left", "right", "up", "down", "back")
@@ -56,11 +56,14 @@ _N = r"\d+(?:\.\d+)?|" + "|".join(
     sorted(set(NUMBERS) - {"a", "an", "half", "half a"}, key=len, reverse=True)
 )
 _OWN = r"(?:(?:the|your|my|his|her|their|its|one's|a)\s+)?"
-_METRES = {
-    "m": 1.0, "meter": 1.0, "metre": 1.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048,
-    "yard": 0.9144, "km": 1000.0, "cm": 0.01, "step": STEP_METRES, "pace": STEP_METRES,
+_METERS = {
+    "m": 1.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048,
+    "yard": 0.9144, "km": 1000.0, "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
 }  # fmt: skip
-_SPEEDS = {"m/s": 1.0, "mps": 1.0, "meters per second": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.447}  # fmt: skip
+_SPEEDS = {
+    "m/s": 1.0, "mps": 1.0, "meters per second": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6,
+    "kph": 1 / 3.6, "mph": 0.447,
+}  # fmt: skip
 _TURNS = {"quarter": 90.0, "half": 180.0, "full": 360.0}
 _RATES = {"double": 2.0, "twice": 2.0, "half": 0.5, "triple": 3.0}
 
@@ -116,7 +119,7 @@ class Wishes:
     def __post_init__(self) -> None:
         for name, low, high in (
             ("count", 1, MAX_COUNT),
-            ("distance", 0.1, MAX_METRES),
+            ("distance", 0.1, MAX_METERS),
             ("pace", *PACE),
             ("angle", 1.0, MAX_DEGREES),
         ):
@@ -129,14 +132,12 @@ class Wishes:
                     f"{name} is '{getattr(self, name)}'; choose from {', '.join(known)}"
                 )
         if odd := set(self.still) - set(LIMBS):
-            raise InputError(
-                f"'{min(odd)}' cannot be held still; choose from {', '.join(LIMBS)}"
-            )
+            raise InputError(f"'{min(odd)}' cannot be held still; choose from {', '.join(LIMBS)}")
 
     @property
     def any(self) -> bool:
         """Whether something is wished."""
-        return self != Wishes()
+        return self != NONE
 
     @property
     def layered(self) -> bool:
@@ -155,6 +156,10 @@ class Wishes:
             for item in fields(self)
             if item.name != "over_source" and getattr(self, item.name) != item.default
         ]
+
+
+NONE = Wishes()
+"""No wish."""
 
 
 @dataclass(frozen=True)
@@ -248,8 +253,8 @@ def _rule(pattern: str, read: _Reader) -> _Rule:
 
 def _distance(match: re.Match[str]) -> dict[str, Any]:
     unit = match["unit"].lower()
-    unit = unit if unit in _METRES else unit.rstrip("s")
-    return {"distance": round(number(match["n"]) * _METRES[unit], 3)}
+    unit = unit if unit in _METERS else unit.rstrip("s")
+    return {"distance": round(number(match["n"]) * _METERS.get(unit, 1.0), 3)}
 
 
 _RULES: tuple[_Rule, ...] = (
@@ -263,7 +268,7 @@ _RULES: tuple[_Rule, ...] = (
     ),
     _rule(r"\btwice\s+as\s+fast\b", lambda m: {"tempo": 2.0}),
     _rule(
-        rf"\b(?:for\s+|about\s+)?(?P<n>{_N})\s*-?\s*(?P<unit>meters?|metres?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
+        rf"\b(?:for\s+|about\s+)?(?P<n>{_N})\s*-?\s*(?P<unit>met(?:er|re)s?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
         _distance,
     ),
     _rule(
@@ -271,8 +276,8 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"angle": number(m["n"])},
     ),
     _rule(
-        r"(?<=\bturn )(?P<n>45|90|135|180|270|360)\b|\b(?:rotate|spin)\s+(?P<o>45|90|135|180|270|360)\b",
-        lambda m: {"angle": number(m["n"] or m["o"])},
+        r"\b(?P<kept>turn|rotate|spin)\s+(?P<n>45|90|135|180|270|360)\b",
+        lambda m: {"angle": number(m["n"])},
     ),
     _rule(
         r"\b(?:a\s+)?(?P<n>quarter|half|full)[\s-](?P<kept>turn|rotation|spin)\b",
@@ -296,7 +301,8 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"in_place": True},
     ),
     _rule(
-        r"\b(?:(?:in\s+a\s+)?(?:seamless(?:ly)?|endless(?:ly)?)\s+)?(?:loop(?:ed|ing|s|able)?|(?<=\w )cycle(?:\s+loop)?)\b",
+        r"\b(?:(?:in\s+a\s+)?(?:seamless(?:ly)?|endless(?:ly)?)\s+)?"
+        r"(?:loop(?:ed|ing|s|able)?|(?<=\w )cycle(?:\s+loop)?)\b",
         lambda m: {"loop": True},
     ),
     _rule(r"\bseamless(?:ly)?\b", lambda m: {}),

@@ -147,7 +147,8 @@ def test_sources_for_research_are_the_last_choice() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "action"), [("bailar", "Dance"), ("tanzen", "Dance"), ("走路", "Walk"), ("ходить", "Walk")]
+    ("text", "action"),
+    [("bailar", "Dance"), ("tanzen", "Dance"), ("走路", "Walk"), ("ходить", "Walk")],
 )
 def test_words_of_other_languages_are_translated(text: str, action: str) -> None:
     assert actions_of(text) == [action]

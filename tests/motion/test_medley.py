@@ -16,7 +16,10 @@ from a2v.motion.prompts import Step
 @pytest.fixture(scope="module")
 def mixed():
     return make_sourced(
-        understand("march for 2 s, then bow, then turn the steering wheel").steps, frames=240, fps=30, seed=2
+        understand("march for 2 s, then bow, then turn the steering wheel").steps,
+        frames=240,
+        fps=30,
+        seed=2,
     )
 
 

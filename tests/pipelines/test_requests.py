@@ -85,8 +85,8 @@ UNUSABLE = {
     "implicit.digest",
 }
 """Values that only custom files can resolve."""
-FILTERS = {"license"}
-"""What leaves sources out: of "Walk" every license has the same."""
+FILTERS = {"license", "strict"}
+"""What leaves sources out, or refuses: of "Walk" every license has the same, and all is known."""
 
 
 @pytest.fixture(scope="module")

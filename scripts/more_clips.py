@@ -22,10 +22,13 @@ from scipy.ndimage import gaussian_filter1d
 from a2v.formats.bvh import read_bvh
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.kinematics import rotvec_to_rotmat, skeleton_of
+from a2v.kinematics.limbs import bend_to
 from a2v.kinematics.resample import resample_motion
+from a2v.kinematics.skeleton import subtree
 from a2v.kinematics.so3 import quat_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics
 from a2v.motion.clips import clip_library
+from a2v.motion.layers import chest_of
 from a2v.motion.on_clips import on_clips_skeleton
 from a2v.types import Motion
 
@@ -66,6 +69,12 @@ THICK = {
     "lowerarm": 0.04, "hand": 0.03, "thigh": 0.09, "calf": 0.055, "foot": 0.075, "ball": 0.012,
 }  # fmt: skip
 """Distance of joints from the ground when that part of the body lies on it, meters."""
+ARMS_IN = 16.0
+"""Largest angle by which arms are brought to the body, degrees."""
+SAT = ("Sit_Ups",)
+"""Clips that sit on the ground throughout: the toy's pelvis is thicker than a person's."""
+STANDS = 0.6
+"""Least height of the pelvis of a clip that stands, meters."""
 FLOOR_SECONDS = 0.05
 """Width over which the height of the ground under a clip is smoothed, seconds."""
 
@@ -93,6 +102,71 @@ def flat_feet(joints: np.ndarray, dip: float) -> np.ndarray:
         made[:, rest[1]] = made[:, rest[0]] + np.einsum(
             "tab,tb->ta", rotvec_to_rotmat((flat - wanted) * axis), along
         )
+    return made
+
+
+def balanced(joints: np.ndarray) -> np.ndarray:
+    """Move the feet of joints (T, J, 3) that stand throughout under the body: over the clip they are
+    as far from the pelvis as in the idle pose. A toy with a large head stands elsewhere."""
+    library = clip_library()
+    names = library.skeleton.joint_names
+    if joints[:, 0, 1].min() < STANDS:
+        return joints
+    idle = library.joints[library.index("Idle")][0]
+    ankles, hips = (
+        [names.index(f"{name}_{side}") for side in ("l", "r")] for name in ("foot", "thigh")
+    )
+    across = (joints[:, hips[0]] - joints[:, hips[1]]).mean(0)
+    yaw = np.arctan2(-across[2], across[0])
+    turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+    own = (joints[:, ankles].mean(1) - joints[:, hips].mean(1)).mean(0)
+    off = turn @ (idle[ankles].mean(0) - idle[hips].mean(0)) - own
+    made = joints.copy()
+    for side in ("l", "r"):
+        hip, knee, ankle, *rest = (
+            names.index(name.format(side))
+            for name in ("thigh_{}", "calf_{}", "foot_{}", "ball_{}", "ball_{}_end")
+        )
+        foot = made[:, rest] - made[:, [ankle]]
+        made[:, knee], made[:, ankle] = bend_to(
+            made[:, hip], made[:, knee], made[:, ankle], made[:, ankle] + off * [1, 0, 1]
+        )
+        made[:, rest] = made[:, [ankle]] + foot
+    return made
+
+
+def arms_in(joints: np.ndarray) -> np.ndarray:
+    """Bring hanging arms nearer to the body: those of the toy hang beside its wide trunk."""
+    skeleton = clip_library().skeleton
+    names, parents = skeleton.joint_names, skeleton.parents.tolist()
+    made, chest = joints.copy(), chest_of(joints, skeleton)
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        top, elbow = names.index(f"upperarm_{side}"), names.index(f"lowerarm_{side}")
+        along = np.einsum("tba,tb->ta", chest, made[:, elbow] - made[:, top])
+        out = np.degrees(np.arctan2(sign * along[:, 0], np.maximum(-along[:, 1], 1e-6)))
+        less = np.interp(out, [0.0, 15.0, 45.0, 80.0], [0.0, 4.0, ARMS_IN, 0.0])
+        turn = rotvec_to_rotmat(np.deg2rad(-sign * less)[:, None] * chest[:, :, 2])
+        below = [joint for joint in subtree(parents, top) if joint != top]
+        made[:, below] = made[:, [top]] + np.einsum(
+            "tab,tjb->tja", turn, made[:, below] - made[:, [top]]
+        )
+    return made
+
+
+def sat_down(joints: np.ndarray) -> np.ndarray:
+    """Put the pelvis of joints (T, J, 3) on the ground, and the feet with bent knees too."""
+    names = clip_library().skeleton.joint_names
+    made = joints.copy()
+    made[..., 1] -= made[:, 0, 1].min() - THICK["pelvis"]
+    for side in ("l", "r"):
+        hip, knee, ankle, *rest = (
+            names.index(name.format(side))
+            for name in ("thigh_{}", "calf_{}", "foot_{}", "ball_{}", "ball_{}_end")
+        )
+        foot, target = made[:, rest] - made[:, [ankle]], made[:, ankle].copy()
+        target[:, 1] = np.maximum(target[:, 1], 0.09)
+        made[:, knee], made[:, ankle] = bend_to(made[:, hip], made[:, knee], made[:, ankle], target)
+        made[:, rest] = made[:, [ankle]] + foot
     return made
 
 
@@ -242,7 +316,8 @@ class SecondLibrary:
             names = clip_library().skeleton.joint_names
             joints[:, names.index("head_front")] = joints[:, names.index("head")] + fronts
         if kind == "kaykit" and not clip.startswith(FLIES):
-            joints = on_the_ground(joints)
+            joints = on_the_ground(balanced(arms_in(joints)))
+            joints = sat_down(joints) if clip in SAT else joints
             return joints - joints[:1, :1] * [1, 0, 1]
         return _facing(joints)
 

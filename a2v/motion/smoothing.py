@@ -27,8 +27,8 @@ SMOOTHED: Mapping[str, float] = {
     "Whirl": 0.05,
 }
 """Width in seconds (`a2v.kinematics.even_paths.evened`) for each action of `cmu-fine` whose
-generated clips had more than 1.8 times the jerk of its recordings. At this width the jerk is .6 to 1.8
-times that of the recordings (docs/results/motion_standing.md)."""
+generated clips had more than 1.8 times the jerk of its recordings. At this width the jerk is .6 to
+1.8 times that of the recordings (docs/results/motion_standing.md)."""
 EASE_SECONDS = 0.4
 """Seconds over which the smoothing sets in and ends where the action changes."""
 

@@ -41,6 +41,12 @@ _BODIES = re.compile(
     r"upper\s+body:?\s+(?P<over>.+?)\s*,?\s+(?:and\s+)?(?:with\s+)?lower\s+body:?\s+(?P<base>.+)",
     re.IGNORECASE,
 )
+_MANNER = re.compile(
+    r"(?:looking|facing|gazing)\b.*|with\b.*\b(?:fists?|hands|fingers|palms)(?:\s\w+)?|in place|"
+    r"on the spot|mirrored|looped|once|twice|\w+ times",
+    re.IGNORECASE,
+)
+"""A part of a prompt that only says how the part before it is done."""
 _THEN = re.compile(
     r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
     re.IGNORECASE,
@@ -89,6 +95,9 @@ def split_prompt(text: str) -> list[Part]:
         if parts and _DURATION.fullmatch(piece):  # "run cycle, 24 frames"
             seconds, frames, _ = take_duration(f"{piece} x")
             parts[-1] = replace(parts[-1], seconds=seconds, frames=frames)
+            continue
+        if parts and _MANNER.fullmatch(piece):  # "walk, looking left"
+            parts[-1] = replace(parts[-1], text=f"{parts[-1].text} {piece}")
             continue
         wanted, without = take_negations(rest)
         if not wanted and without and without <= STILL:

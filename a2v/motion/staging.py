@@ -45,12 +45,12 @@ QUIET = frozenset(
     [
         "Sleep", "Lie", "Lie down", "Meditate", "Pray", "Fall through the air", "Fly",
         "Fly like a superhero", "Swim", "Tread water", "Push-ups", "Press-ups", "Sit-ups", "Crawl",
-        "Crawl on the belly", "Roll", "Kneel and fix", "Draw an arrow upwards",
+        "Roll", "Kneel and fix", "Draw an arrow upwards",
     ]
 )  # fmt: skip
 """Clips that breathe, but neither shift their weight nor look about."""
 
-CRAWLS = frozenset({"Crawl", "Crawl on the belly"})
+CRAWLS = frozenset({"Crawl"})
 """Clips whose feet are dragged."""
 
 BREATH_SECONDS = 3.8

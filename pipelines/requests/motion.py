@@ -197,6 +197,12 @@ class CarryOptions:
 
     from_photo: bool = flag("begin in the pose of the photo and blend into the action")
     raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
+    look_at: str = option(
+        "where the head looks: camera, ahead, left, right, up, down, back, or x,y,z in meters",
+        default="",
+        metavar="WHERE",
+        rare=True,
+    )
     no_blink: bool = flag("keep the eyes open (default: the person blinks)", rare=True)
     retarget: RetargetSettings = settings(
         RetargetSettings,
@@ -207,8 +213,14 @@ class CarryOptions:
     def parameters(self) -> Parameters:
         """Return the parameters `retarget` and `blink`."""
         carried = self.retarget
+        life = carried.life
+        if self.look_at:
+            life = dataclasses.replace(life, look=self.look_at)
         carried = dataclasses.replace(
-            carried, raw=self.raw or carried.raw, from_photo=self.from_photo or carried.from_photo
+            carried,
+            raw=self.raw or carried.raw,
+            from_photo=self.from_photo or carried.from_photo,
+            life=life,
         )
         return {
             "retarget": carried,

@@ -45,6 +45,8 @@ OTHERS = {
     "start_pose": "m.npz",
     "end_pose": "m.npz#4-6",
     "hold": "head 0,1.5,0 from 1 to 2",
+    "look_at": "camera",
+    "retarget.life.look": "left",
     "motion": "m.npz",
     "views": "front,turntable",
     "camera": "c.yaml",

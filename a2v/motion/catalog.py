@@ -22,7 +22,7 @@ from a2v.motion.keeping import kept_and_told
 from a2v.motion.languages import LANGUAGES, translated
 from a2v.motion.model import MotionModel
 from a2v.motion.names import plain_name
-from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
+from a2v.motion.prompts import UNKEPT, Match, Step, Vocabulary, parse_prompt
 from a2v.motion.vocabulary import UnknownActionError, other_names
 from a2v.motion.wishes import Told
 
@@ -213,8 +213,14 @@ def read_prompt(
         )
     steps, matches = parse_prompt(english.text, vocabulary, strict=strict)
     if english.language != "English":
-        told = Told("language", f"{english.language}, read as '{english.text}'")
-        matches[0] = dataclasses.replace(matches[0], told=(told, *matches[0].told))
+        told = [Told("language", f"{english.language}, read as '{english.text}'")]
+        told += [Told("word", f"'{word}'", False, "not in the table") for word in english.left]
+        first = matches[0]
+        matches[0] = dataclasses.replace(
+            first,
+            told=(*told, *first.told),
+            score=first.score * UNKEPT ** len(english.left),
+        )
     return steps, matches
 
 

@@ -52,22 +52,26 @@ class Translation:
         The prompt; unchanged for English and for unknown languages.
     language : str
         Name of the language; "unknown" for text that is neither English nor in the table.
+    left : tuple of str
+        Words that are not in the table, and left out.
     """
 
     text: str
     language: str = "English"
+    left: tuple[str, ...] = ()
 
 
 def translated(text: str) -> Translation:
     """Translate a prompt by the table, if another language explains more of it than English."""
-    english, found = _english_share(text), []
+    english = _english_share(text)
+    found: list[tuple[float, str, str, tuple[str, ...]]] = []
     if english < 1:
         for code in LANGUAGES:
-            words, share = _read(text, code)
-            found.append((share, words, LANGUAGES[code]))
-    share, words, language = max(found, key=lambda one: one[0], default=(0.0, "", ""))
+            words, share, left = _read(text, code)
+            found.append((share, words, LANGUAGES[code], left))
+    share, words, language, left = max(found, key=lambda one: one[0], default=(0.0, "", "", ()))
     if share >= LEAST_SHARE and share > english and words.strip(" ,;.!?"):
-        return Translation(words, language)
+        return Translation(words, language, left)
     if english == 0 and any(letter.isalpha() and not letter.isascii() for letter in text):
         return Translation(text, "unknown")
     return Translation(text)
@@ -125,9 +129,9 @@ def _table(code: str) -> dict[tuple[str, ...], str]:
     return found
 
 
-def _read(text: str, code: str) -> tuple[str, float]:
-    """Return the English words of a text in a language, and the share of it that is in the
-    table."""
+def _read(text: str, code: str) -> tuple[str, float, tuple[str, ...]]:
+    """Return the English words of a text in a language, the share of it that is in the table, and
+    the words that are not."""
     pieces = (
         [letter for letter in simple(text) if not letter.isspace()]
         if code in UNSPACED
@@ -136,6 +140,7 @@ def _read(text: str, code: str) -> tuple[str, float]:
     stems = pieces if code in UNSPACED else [_stem(word, code) for word in pieces]
     longest = max(map(len, (key[0] for key in _table(code)))) if code in UNSPACED else LONGEST
     english: list[str] = []
+    left: list[str] = []
     at = known = counted = 0
     while at < len(pieces):
         for size in range(min(longest, len(pieces) - at), 0, -1):
@@ -150,10 +155,10 @@ def _read(text: str, code: str) -> tuple[str, float]:
                 known, counted, at = known + size, counted + size, at + size
                 break
         else:
-            english.append(pieces[at])
+            (left if pieces[at].isalpha() else english).append(pieces[at])
             counted += pieces[at].isalpha()
             at += 1
     joined = " ".join(english)
     if code in UNSPACED:
         joined = re.sub(r"(?<=\d) (?=\d)", "", joined).replace("，", ",").replace("、", ",")
-    return joined, known / max(counted, 1)
+    return joined, known / max(counted, 1), tuple(left)

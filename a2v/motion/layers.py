@@ -43,7 +43,8 @@ EASE_SECONDS = 0.3
 @cache
 def _table() -> list[tuple[str, str]]:
     with TABLE.open(newline="", encoding="utf-8") as stream:
-        return [(plain_name(row["action"]), row["body"]) for row in csv.DictReader(stream)]
+        rows = list(csv.DictReader(stream))
+    return [("*".join(map(plain_name, row["action"].split("*"))), row["body"]) for row in rows]
 
 
 @cache

@@ -293,7 +293,7 @@ _RULES: tuple[_Rule, ...] = (
     ),
     _rule(r"(?<!\w)x\s*(?P<n>\d+)\b", lambda m: {"count": round(number(m["n"]))}),
     _rule(
-        r"^(?:(?:do|does|doing|make|perform)s?\s+)?(?P<n>\d+|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty)\s+(?=[a-z-]+s\b)",
+        r"^(?:(?:do|does|doing|make|perform)s?\s+)?(?P<n>\d+|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty)\s+(?=(?:[a-z-]+\s+)?[a-z-]+s\b)",
         lambda m: {"count": round(number(m["n"]))},
     ),
     _rule(

@@ -68,7 +68,7 @@ def with_front(motion: Motion) -> Motion:
 
 
 STRIDES = {
-    "jog-fwd-loop": 0.56, "sprint-loop": 0.82, "run-anime": 0.6,
+    "jog-fwd-loop": 0.56, "sprint-loop": 0.82, "run-anime": 0.38,
 }  # fmt: skip
 """Factors on the stride of cycles whose feet move faster than people run: 5.9, 8.2 and 9.9 m/s with
 3, 3 and 4 steps a second."""
@@ -233,7 +233,8 @@ def main() -> None:
             joints, fps = puppet.play(GESTURES[row["file"]][0]), FPS
         elif more is not None:
             joints, fps = puppet.with_hands(more.joints(row["file"]), row["hand"]), FPS
-            if row["file"].startswith("kaykit") and not row["travels"] and standing(joints, names):
+            stays = standing(joints, names) or row["plays"] == "once"
+            if row["file"].startswith("kaykit") and stays and "Dodge" not in row["file"]:
                 joints = carried(joints, closes=row["plays"] != "once")
         else:
             motion = with_front(read_bvh(archive.read(row["file"] + ".bvh"), name=row["file"]))

@@ -11,7 +11,6 @@ from a2v.errors import InputError
 from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.ground import GroundTrajectory, ground_trajectory
-from a2v.kinematics.planting import plant_feet
 from a2v.motion.clips import RELAXED, clip_library
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.direct import MIN_PACE, make_motion, natural_speed
@@ -22,7 +21,7 @@ from a2v.motion.layers import layered, used_parts
 from a2v.motion.model import MotionModel
 from a2v.motion.on_clips import on_clips_motion
 from a2v.motion.prompts import Step
-from a2v.motion.staging import Play, clip_seconds, staged
+from a2v.motion.staging import Play, clip_seconds, staged, with_feet_planted
 from a2v.motion.timeline import Take
 from a2v.motion.ways import GroundPath, Way, way_along
 from a2v.motion.wishes import Wishes
@@ -282,9 +281,9 @@ def make_directed(
     tempo = (direction.pace or natural) / natural * edit.speed
     made = act(step, Play(frames=len(way.points), fps=fps, speed=tempo, seed=seed))
     made = _placed(made, way, direction.heading)
-    planted = plant_feet(
-        made.joints, clip_library().skeleton, fps, settings=PlantSettings(carry=0.0, share=0.5)
-    )
+    planted = with_feet_planted(
+        made.joints.astype(np.float64), fps, PlantSettings(carry=0.0, share=0.5)
+    ).astype(np.float32)
     made = dataclasses.replace(
         made,
         joints=planted,

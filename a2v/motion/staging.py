@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import zlib
+from functools import cache
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from a2v.geometry.steps import smoothstep
-from a2v.kinematics import Skeleton, inverse_kinematics, rotvec_to_rotmat
+from a2v.kinematics import Skeleton, inverse_kinematics, rotvec_to_rotmat, skeleton_of
 from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.limbs import bend_to
 from a2v.kinematics.names import canonical_joints
@@ -50,6 +51,9 @@ QUIET = frozenset(
 )  # fmt: skip
 """Clips that breathe, but neither shift their weight nor look about."""
 
+RUNS = 2.0
+"""Speed from which a cycle runs, meters per second: its body already moves with the standing foot
+(``scripts/make_clips.py``), and planting made the slide of Sprint .74 m/s instead of .14."""
 CRAWLS = frozenset({"Crawl"})
 """Clips whose feet are dragged."""
 
@@ -62,7 +66,7 @@ SHIFT = 0.016
 """Size of the shift of weight, meters."""
 GLANCE_SECONDS = (1.6, 3.2)
 """Range of the seconds between glances."""
-GLANCE = (np.deg2rad(22.0), np.deg2rad(36.0))
+GLANCE = (np.deg2rad(26.0), np.deg2rad(38.0))
 """Range of the angle of a glance."""
 TURN_SECONDS = 0.3
 """Seconds in which the head turns."""
@@ -138,15 +142,42 @@ def staged(action: str, play: Play) -> Motion:
         joints = _in_stances(clip, len(library.joints[index]), joints, play)
     if action not in UNMOVED:
         joints = lively(joints, play, quiet=action in QUIET, dead=action in DEAD)
-    if not (action in CRAWLS or clip.air or action in UNMOVED or play.cycles):
-        travels = bool(clip.pace or clip.aside)
-        joints = plant_feet(
-            joints,
-            library.skeleton,
-            play.fps,
-            settings=PlantSettings(share=0.8 if travels else 0.4, carry=float(travels)),
-        ).astype(np.float64)
+    pace = float(np.hypot(clip.pace, clip.aside))
+    still = action in CRAWLS or clip.air or action in UNMOVED or play.cycles or pace > RUNS
+    if not still:
+        settings = PlantSettings(share=0.8 if pace else 0.4, carry=float(pace > 0))
+        joints = with_feet_planted(joints, play.fps, settings)
     return _with_joints(made, joints)
+
+
+@cache
+def _legs() -> tuple[Skeleton, list[int], list[int], list[int]]:
+    """Return pelvis and legs of the library's skeleton as a skeleton of their own, the joints that
+    these are, and the balls and tips of the feet."""
+    names = clip_library().skeleton.joint_names
+    own = ["pelvis", *(f"{bone}_{side}" for side in "lr" for bone in _LEG)]
+    parents = [-1, 0, 1, 2, 3, 0, 5, 6, 7]
+    known = ("pelvis", *(f"{side}_{name}" for side in ("left", "right") for name in _LEG_NAMES))
+    skeleton = skeleton_of("custom", parents, known)
+    skeleton = dataclasses.replace(skeleton, hips=(1, 5), feet=(4, 8))
+    balls, tips = (
+        [names.index(end.format(side)) for side in "lr"] for end in ("ball_{}", "ball_{}_end")
+    )
+    return skeleton, [names.index(name) for name in own], balls, tips
+
+
+_LEG = ("thigh", "calf", "foot", "ball")
+_LEG_NAMES = ("hip", "knee", "ankle", "foot")
+
+
+def with_feet_planted(joints: FloatArray, fps: float, settings: PlantSettings) -> FloatArray:
+    """Plant the feet of joints (T, J, 3) of the library's skeleton (`plant_feet`)."""
+    skeleton, own, balls, tips = _legs()
+    legs = plant_feet(joints[:, own], skeleton, fps, settings=settings).astype(np.float64)
+    made = joints + (legs[:, :1] - joints[:, :1])
+    made[:, own] = legs
+    made[:, tips] = made[:, balls] + joints[:, tips] - joints[:, balls]
+    return made
 
 
 def _with_joints(motion: Motion, joints: FloatArray) -> Motion:

@@ -31,6 +31,14 @@ from a2v.motion.names import plain_name
 TESTS = Path(__file__).parents[1] / "tests/motion"
 HALVES = ("development", "held-out")
 FILES = ("words.csv", "words_everyday.csv", "words_fresh.csv", "words_blind.csv")
+MEANT = "words_meant.csv"
+"""Prompts with wishes, of three kinds, read as the commands read them: unknown parts are left out
+and told. `FILES` are read strictly."""
+TOLD = {
+    "in place": ("in_place",), "speed": ("pace", "tempo"), "steps": ("distance",),
+    "without": ("still", "without"),
+}  # fmt: skip
+"""Wishes of `MEANT`, and their names in `a2v.motion.wishes.Told` where they differ."""
 
 Steps = Sequence[tuple[str, float | None]]
 Resolver = Callable[[str], Steps]
@@ -128,14 +136,56 @@ def count(
     return counts, bad
 
 
-def today() -> tuple[Resolver, list[str]]:
+def today(*, strict: bool = True) -> tuple[Resolver, list[str]]:
     """Return the commands' interpretation of prompts, and every available action."""
     from a2v.motion.catalog import catalog, understand
 
     def resolve(text: str) -> Steps:
-        return [(step.action, step.seconds) for step in understand(text).steps]
+        return [(step.action, step.seconds) for step in understand(text, strict=strict).steps]
 
     return resolve, [entry.name for entry in catalog().entries]
+
+
+def untold(prompt: str, wishes: str) -> list[str]:
+    """Return the wishes of a row of `MEANT` that are neither kept nor said not to be. A side is
+    kept by an action that has it in its name, too."""
+    from a2v.motion.catalog import understand
+
+    try:
+        found = understand(prompt)
+    except InputError as error:
+        return [] if "language" in str(error) else [*filter(None, wishes.split(";"))]
+    told = {told.name for match in found.matches for told in match.told}
+    names = " ".join(step.action for step in found.steps)
+    missing = []
+    for wish in filter(None, wishes.split(";")):
+        kind, _, value = wish.partition("=")
+        named = value in names if kind == "side" else kind == "in place" and kind in names
+        if not told & set(TOLD.get(kind, (kind,))) and not named:
+            missing.append(wish)
+    return missing
+
+
+def measure_meant(show: bool) -> None:
+    """Print the counts of `MEANT` by kind, and its wishes that are neither kept nor said."""
+    resolve, actions = today(strict=False)
+    with (TESTS / MEANT).open(newline="", encoding="utf-8") as stream:
+        raw = list(csv.DictReader(stream))
+    for kind in dict.fromkeys(row["kind"] for row in raw):
+        own = [row for row in raw if row["kind"] == kind]
+        counts, bad = count([Row.of(row) for row in own], resolve, actions)
+        wished = [wish for row in own for wish in filter(None, row["wishes"].split(";"))]
+        lost = [
+            (row["prompt"], wish) for row in own for wish in untold(row["prompt"], row["wishes"])
+        ]
+        print(
+            f"{MEANT}, {kind}: {len(own)} prompts, wrong {counts['wrong']}, served "
+            f"{counts['served']} of {counts['servable']} servable; {len(wished)} wishes, "
+            f"{len(lost)} neither kept nor said"
+        )
+        if show:
+            print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
+            print("\n".join(f"  lost: {prompt!r}: {wish}" for prompt, wish in lost))
 
 
 def main() -> None:
@@ -149,6 +199,8 @@ def main() -> None:
     for name, half in itertools.product(FILES, halves):
         rows = read_rows(name)
         own = [row for row in rows if row.half == half]
+        if not own:
+            continue
         counts, bad = count(own, resolve, actions)
         share = counts["served"] / max(counts["servable"], 1)
         print(
@@ -159,6 +211,7 @@ def main() -> None:
         )
         if options.show and half == HALVES[0]:
             print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
+    measure_meant(options.show)
     first = read_rows("first_fifty.csv")
     print(
         f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} "

@@ -300,7 +300,9 @@ def make_motion(
     )
     outcome = running.run("motion", resolved.parameters, graph=resolved.graph)
     return MotionClip(
-        request=request, motion=made_motion(outcome, request.edit), understood=resolved.understood
+        request=request,
+        motion=made_motion(outcome, resolved.parameters["edit"]),
+        understood=resolved.understood,
     )
 
 

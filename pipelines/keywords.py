@@ -61,6 +61,7 @@ class MotionKeywords(TypedDict, total=False):
     """Options of `make_motion`."""
 
     timeline: Text | None
+    strict: bool
     model: Text
     license: Literal["any", "free"]
     seconds: float | None
@@ -80,6 +81,7 @@ class MotionKeywords(TypedDict, total=False):
     speed: float
     from_photo: bool
     raw: bool
+    look_at: Text
     no_blink: bool
     retarget: RetargetSettings | Mapping[str, object]
     blink: BlinkSettings | Mapping[str, object]

@@ -1,10 +1,10 @@
 """Draw contact sheets of actions: several seeds of each on the sample's character.
 
-python scripts/make_motion_sheets.py [ACTION ...] [--model cmu-fine] [--seeds 3] [--frames 7]
+python scripts/make_motion_sheets.py [ACTION ...] [--model auto] [--seeds 3] [--frames 7]
 [--seconds 4] [--loops] [--hands]
 
-They are written to an ignored folder. Without an ACTION all of the model's are drawn, a dozen per
-page. An ACTION may be several in turn ("Walk, then Salsa"), which shows joins. `--loops` shows one
+They are written to an ignored folder. Without an ACTION all are drawn, a dozen per page; several
+`--azimuth` show each clip from several sides. An ACTION may be several in turn ("Walk, then Salsa"), which shows joins. `--loops` shows one
 cycle and its beginning again, `--hands` the left and the right hand of each picture instead.
 """
 
@@ -21,11 +21,10 @@ from PIL import Image, ImageDraw
 from a2v.animation import deform
 from a2v.animation.rig import SIDES, rig_of
 from a2v.io import atomic_path
-from a2v.motion import MotionModel
-from a2v.motion.direct import make_motion
+from a2v.motion.catalog import SOURCES, catalog
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
-from a2v.motion.prompts import Vocabulary, parse_prompt
+from a2v.motion.plan import AUTO, plan_motion
 from a2v.motion.timeline import Take
 from a2v.rendering.lighter import lighter
 from a2v.rendering.preview import preview_surface
@@ -56,14 +55,13 @@ def sample_character() -> Character:
 
 
 def row(
-    character: Character, model: MotionModel, prompt: str, seed: int, given: argparse.Namespace
+    character: Character, prompt: str, seed: int, azimuth: float, given: argparse.Namespace
 ) -> np.ndarray:
     """Pictures (size, frames * size, 3) of a clip, over its length."""
-    steps, _ = parse_prompt(prompt, Vocabulary.of(model.card))
-    edit = Edit(loop=given.loops)
-    motion = make_motion(
-        model, steps, Take(frames=round(given.seconds * FPS), fps=FPS, seed=seed), edit=edit
-    )
+    plan = plan_motion(prompt, model=given.model)
+    edit = plan.merged(Edit(loop=given.loops))
+    seconds = plan.seconds or given.seconds
+    motion = plan.make(Take(frames=round(seconds * FPS), fps=FPS, seed=seed), edit=edit)
     moves = retarget_edited(motion, character.body, edit)
     shown = np.linspace(0, len(moves) - (0 if given.loops else 1), given.frames).astype(int) % len(
         moves
@@ -87,7 +85,7 @@ def row(
             pictures.append(
                 preview_surface(
                     surface,
-                    azimuth=given.azimuth,
+                    azimuth=azimuth,
                     elevation=8,
                     size=given.size,
                     center=center,
@@ -103,24 +101,29 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("actions", nargs="*", metavar="ACTION")
-    parser.add_argument("--model", default="cmu-fine")
+    parser.add_argument("--model", default=AUTO)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--frames", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--size", type=int, default=120)
-    parser.add_argument("--azimuth", type=float, default=25.0)
+    parser.add_argument("--azimuth", type=float, nargs="+", default=[25.0])
     parser.add_argument("--loops", action="store_true")
     parser.add_argument("--hands", action="store_true")
     parser.add_argument("--out", type=Path, default=ROOT / "sheets" / "motions")
     given = parser.parse_args()
-    model, character = MotionModel.load(given.model), sample_character()
-    asked = given.actions or list(model.actions)
+    character = sample_character()
+    sources = SOURCES if given.model == AUTO else (given.model,)
+    asked = given.actions or [entry.name for entry in catalog("any", sources).entries]
     given.out.mkdir(parents=True, exist_ok=True)
     for first in range(0, len(asked), PAGE):
         rows = []
         for prompt in asked[first : first + PAGE]:
             clips = np.hstack(
-                [row(character, model, prompt, seed, given) for seed in range(given.seeds)]
+                [
+                    row(character, prompt, seed, azimuth, given)
+                    for azimuth in given.azimuth
+                    for seed in range(given.seeds)
+                ]
             )
             title = Image.new("RGB", (clips.shape[1], 14), "white")
             ImageDraw.Draw(title).text((4, 1), prompt, fill="black")

@@ -369,5 +369,7 @@ def test_actions_can_be_found_by_words(capsys: pytest.CaptureFixture[str]) -> No
     found = capsys.readouterr().out.split("\n")
     assert found[0].startswith("'sneaking thief' is taken for Sneak (near: ")
     assert "  Careful walk" in found
-    assert main(["actions", "--find", "сидеть"]) == 2
-    assert "describe it in English words" in capsys.readouterr().err
+    assert main(["actions", "--find", "сидеть"]) == 0
+    assert "Russian, read as 'sit'" in capsys.readouterr().out
+    assert main(["actions", "--find", "istua kävellä"]) == 2
+    assert "its language is unknown" in capsys.readouterr().err

@@ -23,7 +23,9 @@ from a2v.kinematics.names import split_side, without_numbers
 from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
-HandPose = Literal["rest", "relaxed", "flat", "grip", "hold", "fist", "point", "graceful"]
+HandPose = Literal[
+    "rest", "relaxed", "flat", "grip", "hold", "fist", "point", "graceful", "spread"
+]  # fmt: skip
 HAND_POSES: tuple[str, ...] = get_args(HandPose)
 
 FINGERS: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")
@@ -88,6 +90,12 @@ _SHAPES = MappingProxyType(
             ((82, 98, 48), (86, 100, 50), (88, 100, 50), (90, 98, 48)), 1.0, _CLOSED, 0.0
         ),
         "point": _Shape(((4, 6, 4), (74, 92, 44), (80, 94, 46), (84, 92, 44)), 0.9, _CLOSED, 0.0),
+        "spread": _Shape(
+            ((-4, 0, 0), (-2, 0, 0), (-2, 0, 0), (-4, 2, 0)),
+            -0.6,
+            ((0.62, 0.1, 0.78), (0.72, 0.06, 0.69), (0.76, 0.03, 0.65)),
+            0.0,
+        ),
         "graceful": _Shape(
             ((4, 12, 6), (14, 20, 9), (16, 22, 10), (6, 16, 8)),
             0.35,

@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.animation.detail import FRONT, follow_face, follow_hands
 from a2v.animation.hands import HAND_POSES, hands_of, pose_hands, turn_bones, turn_palms
+from a2v.animation.looking import look_at, read_look
 from a2v.animation.rig import SIDES, Rig
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
@@ -39,13 +40,16 @@ class LifeSettings:
     Attributes
     ----------
     hands : str
-        Pose of both hands: "rest", "relaxed", "flat", "grip", "hold", "fist", "point" or
-        "graceful"; "auto" chooses one that suits the action (``hands.csv``).
+        Pose of both hands: "rest", "relaxed", "flat", "grip", "hold", "fist", "point",
+        "graceful" or "spread"; "auto" chooses one that suits the action (``hands.csv``).
     palms : bool
         Turn the forearms so that the palms of hanging arms face the thighs.
     gaze : float
         How far the head turns towards the direction of travel; 0 keeps it aligned with the
         shoulders.
+    look : str
+        Where the head looks: "camera", "ahead", "left", "right", "up", "down", "back", or a point
+        "x,y,z" in meters; empty for where the motion looks.
     breath : float
         Size of the breath; 1 is natural, 0 disables it.
     sway : float
@@ -59,6 +63,7 @@ class LifeSettings:
     hands: str = "auto"
     palms: bool = True
     gaze: float = 1.0
+    look: str = ""
     breath: float = 1.0
     sway: float = 1.0
     cycle: float = 0.0
@@ -69,6 +74,8 @@ class LifeSettings:
             raise InputError(f"hands is '{self.hands}'; choose from auto, {', '.join(HAND_POSES)}")
         if not all(0 <= value <= 3 for value in (self.gaze, self.breath, self.sway)):
             raise InputError("gaze, breath and sway must be from 0 (none) to 3; 1 is natural")
+        if self.look:
+            read_look(self.look)
         if self.cycle < 0 or self.seed < 0:
             raise InputError("cycle and seed of the life settings cannot be negative")
 
@@ -111,7 +118,8 @@ def enliven(
         transforms = turn_palms(transforms, rig, names, fps)
     if settings.hands == "auto":
         transforms = pose_hands(transforms, rig, names, *_hands_in_turn(motion, len(transforms)))
-        transforms = follow_hands(transforms, rig, names, source, told)
+        own = 1 - _wished(motion, "hands", len(transforms))
+        transforms = follow_hands(transforms, rig, names, source, told * own)
     else:
         transforms = pose_hands(transforms, rig, names, [(settings.hands, settings.hands)])
     if settings.breath:
@@ -125,7 +133,28 @@ def enliven(
             1 - told if FRONT in source else np.ones(len(transforms)),
         )
         transforms = follow_face(transforms, rig, source, told)
-    return transforms
+    return _looking(transforms, rig, motion, settings)
+
+
+def _looking(
+    transforms: FloatArray, rig: Rig, motion: Motion, settings: LifeSettings
+) -> FloatArray:
+    """Turn the head to where the settings, or the actions of the motion, look."""
+    looks = [settings.look] if settings.look else motion.provenance.get("look", [])
+    if not any(looks):
+        return transforms
+    several = len(looks) > 1 and motion.action_starts is not None
+    shares = _shares(motion, len(transforms)) if several else np.ones((len(transforms), 1))
+    return look_at(transforms, rig, motion.fps, looks[: shares.shape[1]], shares)
+
+
+def _wished(motion: Motion, fact: str, frames: int) -> FloatArray:
+    """Return the share (T,) of each frame that belongs to actions with a text in
+    ``motion.provenance[fact]``."""
+    truths = np.array([bool(text) for text in motion.provenance.get(fact, [""])], np.float64)
+    if len(set(truths)) == 1 or motion.action_starts is None:
+        return np.full(frames, truths.max())
+    return _shares(motion, frames) @ truths
 
 
 def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
@@ -146,7 +175,12 @@ def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False)
 def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], FloatArray]:
     """Hand poses of a motion's actions and the weight of each per frame (T, P); "relaxed" if the
     beginnings of actions are unknown."""
-    poses = [hands_of(name) for name in motion.action.split(",")]
+    names = motion.action.split(",")
+    wished = motion.provenance.get("hands", [""] * len(names))
+    poses = [
+        (own, own) if own else hands_of(name)
+        for name, own in zip(names, [*wished, *[""] * len(names)], strict=False)
+    ]
     if len(set(poses)) == 1 or motion.action_starts is None:
         return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones(
             (frames, 1)

@@ -10,6 +10,15 @@ from a2v.types import FloatArray, IntArray
 RESTING = 0.25
 """A frame is at rest if its mean joint speed is below this share of the clip's upper quartile."""
 
+LATE = frozenset(["Jump", "Long jump", "High jump", "Step forward", "Climb stairs"])
+"""Actions of `cmu-fine` before which people swing their arms or shift their weight for seconds."""
+LATE_SECONDS = 2.5
+"""Longest wait that is left out, seconds."""
+ONSET = 0.08
+"""Way of the root from which the body moves, meters."""
+ONSET_LEAD_SECONDS = 0.4
+"""Time that is kept before that."""
+
 LEAD_SECONDS = 1 / 3
 """Time at rest that is kept before the first movement."""
 
@@ -44,3 +53,12 @@ def shifted(frames: FloatArray, by: IntArray) -> FloatArray:
     at = np.minimum(np.arange(frames.shape[1]) + by[:, None], frames.shape[1] - 1)
     moved: FloatArray = frames[np.arange(len(frames))[:, None], at]
     return moved
+
+
+def onset(root: FloatArray, fps: float) -> int:
+    """Return the frame shortly before the root (T, 3) of a clip leaves its first place; 0 if it
+    stays, or leaves later than `LATE_SECONDS`."""
+    away = np.linalg.norm(root - root[:1], axis=-1) > ONSET
+    last = round(LATE_SECONDS * fps)
+    first = int(away.argmax()) if away.any() else 0
+    return min(max(first - round(ONSET_LEAD_SECONDS * fps), 0), last)

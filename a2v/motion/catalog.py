@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -16,13 +16,15 @@ from typing import Any
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
-from a2v.motion.clips import LICENSE as CLIPS_LICENSE
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
+from a2v.motion.keeping import kept_and_told
+from a2v.motion.languages import LANGUAGES, translated
 from a2v.motion.model import MotionModel
 from a2v.motion.names import plain_name
-from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
-from a2v.motion.vocabulary import other_names
+from a2v.motion.prompts import UNKEPT, Match, Step, Vocabulary, parse_prompt
+from a2v.motion.vocabulary import UnknownActionError, other_names
+from a2v.motion.wishes import Told
 
 SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-fine")
 """Sources of actions; if several have an action of the same name, the first one is used. `cmu` has
@@ -59,9 +61,16 @@ HUMANACT12_THEMES = {
 }
 """Themes of HumanAct12's actions by the first word; all others are everyday."""
 
-SITTING = ("Sit down", "Sit", "Sit and talk")
-SEATED = {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}
-"""Actions and their versions on a chair."""
+CONTEXTS: tuple[tuple[tuple[str, ...], dict[str, str]], ...] = (
+    (("Sit down", "Sit", "Sit and talk"), {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}),
+    (
+        ("Dribble a basketball", "Shoot a basketball"),
+        {"Shoot a pistol": "Shoot a basketball", "Throw a ball": "Shoot a basketball"},
+    ),
+    (("Lie down", "Lie", "Sleep", "Die"), {"Stand up": "Get up from the back"}),
+    (("Sit on the floor", "Sit down on the floor"), {"Stand up": "Stand up from the floor"}),
+)
+"""Actions, and what others become after them."""
 
 NAMES = {
     "cmu": "CMU motion capture, eight actions",
@@ -131,10 +140,17 @@ class Understanding:
     steps: tuple[Step, ...]
     matches: tuple[Match, ...]
 
+    @classmethod
+    def of(cls, steps: Sequence[Step], matches: Sequence[Match], known: Catalog) -> Understanding:
+        """Give steps their sources, and tell which wishes are kept."""
+        left, told = kept_and_told(with_sources(steps, known), matches)
+        return cls(tuple(left), tuple(told))
+
     @property
     def sources(self) -> tuple[str, ...]:
-        """The sources of the steps, each once."""
-        return tuple(dict.fromkeys(step.source for step in self.steps))
+        """The sources of the steps and their layers, each once."""
+        own = (source for step in self.steps for source in (step.source, step.wishes.over_source))
+        return tuple(dict.fromkeys(filter(None, own)))
 
 
 @cache
@@ -180,11 +196,39 @@ def catalog(license: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog
     return Catalog(entries, vocabulary)
 
 
+def read_prompt(
+    text: str, vocabulary: Vocabulary, *, strict: bool = False
+) -> tuple[list[Step], list[Match]]:
+    """Read a prompt in any known language (`a2v.motion.languages`) by `parse_prompt`.
+
+    Raises
+    ------
+    InputError
+        See `parse_prompt`; or the language is unknown.
+    """
+    english = translated(text)
+    if english.language == "unknown":
+        raise UnknownActionError(
+            text, (), f"its language is unknown; known: English, {', '.join(LANGUAGES.values())}"
+        )
+    steps, matches = parse_prompt(english.text, vocabulary, strict=strict)
+    if english.language != "English":
+        told = [Told("language", f"{english.language}, read as '{english.text}'")]
+        told += [Told("word", f"'{word}'", False, "not in the table") for word in english.left]
+        first = matches[0]
+        matches[0] = dataclasses.replace(
+            first,
+            told=(*told, *first.told),
+            score=first.score * UNKEPT ** len(english.left),
+        )
+    return steps, matches
+
+
 def understand(
-    text: str, *, license: str = "any", sources: Sequence[str] = SOURCES
+    text: str, *, license: str = "any", sources: Sequence[str] = SOURCES, strict: bool = False
 ) -> Understanding:
-    """Match words to steps of any source. If several sources have an action, one that also has
-    other steps is preferred.
+    """Match words to steps of any source. If several sources have an action, those that are free
+    for every use come first, then one that also has other steps.
 
     Parameters
     ----------
@@ -193,51 +237,72 @@ def understand(
     license : "any" or "free"
     sources : sequence of str
         Of `SOURCES`.
+    strict : bool
+        Refuse a prompt with an unknown part, which is left out otherwise.
 
     Raises
     ------
     InputError
-        A part matches no action (the message names it and the five nearest), or the prompt has no
+        No part matches an action (the message names it and the five nearest), or the prompt has no
         part or is too long.
     """
     known = catalog(license, tuple(sources))
-    steps, matches = parse_prompt(text, known.vocabulary)
-    seated = _stay_seated([step.action for step in steps], known)
+    steps, matches = read_prompt(text, known.vocabulary, strict=strict)
+    fitting = _in_context([step.action for step in steps], known)
     steps = [
-        dataclasses.replace(step, action=action) for step, action in zip(steps, seated, strict=True)
+        dataclasses.replace(step, action=action)
+        for step, action in zip(steps, fitting, strict=True)
     ]
     matches = [
         dataclasses.replace(match, action=action)
-        for match, action in zip(matches, seated, strict=True)
+        for match, action in zip(matches, fitting, strict=True)
     ]
-    return Understanding(tuple(with_sources(steps, known)), tuple(matches))
+    return Understanding.of(steps, matches, known)
 
 
-def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
-    """Replace actions by their seated versions while the person sits ("sit down, then talk")."""
+def _in_context(actions: Sequence[str], known: Catalog) -> list[str]:
+    """Replace actions by their versions after the ones before ("sit down, then talk", "dribble,
+    then shoot")."""
     names = {entry.name for entry in known.entries}
-    found, sits = [], False
+    found: list[str] = []
+    context: Mapping[str, str] = {}
     for action in actions:
-        sits = action in SITTING or (sits and action in (*SEATED, *SEATED.values()))
-        found.append(SEATED[action] if sits and SEATED.get(action) in names else action)
+        kept = action in context or action in context.values()
+        action = context[action] if context.get(action) in names else action
+        found.append(action)
+        starts = next((after for begun, after in CONTEXTS if action in begun), None)
+        context = starts if starts is not None else context if kept else {}
     return found
 
 
 def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
-    """Give each step a source: of the sources that have it, the one that has most of the steps."""
+    """Give each step and its layer a source: of the sources that have it, one that is free for
+    every use, and of these the one that has most of the steps."""
     counts = Counter(source for step in steps for source in known.entry(step.action).sources)
 
-    def best(step: Step) -> str:
-        own = known.entry(step.action).sources
-        return max(own, key=lambda source: (counts[source], -own.index(source)))
+    def best(action: str) -> str:
+        own = known.entry(action).sources
+        return max(
+            own,
+            key=lambda source: (source not in RESEARCH, counts[source], -own.index(source)),
+        )
 
-    return [dataclasses.replace(step, source=best(step)) for step in steps]
+    return [
+        dataclasses.replace(
+            step,
+            source=best(step.action),
+            wishes=dataclasses.replace(
+                step.wishes, over_source=best(step.wishes.over) if step.wishes.over else ""
+            ),
+        )
+        for step in steps
+    ]
 
 
 def _clip_entries() -> tuple[list[Entry], Vocabulary]:
     clips = clip_library().clips
     entries = [
-        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, license=CLIPS_LICENSE)
+        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, license=clip.license)
         for clip in clips
     ]
     words = Vocabulary(

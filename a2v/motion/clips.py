@@ -2,19 +2,20 @@
 backflip...
 
 ``clips.csv`` lists them and their mode of play. ``a2v/weights/clips.npz`` contains their joints,
-with fingers (made by ``scripts/make_clips.py``). They are CC0: Quaternius' Universal Animation
-Library (30 frames per second) and Mesh2Motion's animations (24). The seed varies a clip: its tempo
-is warped, left and right are swapped if the clip allows it, and the upper body moves slightly more
-or less.
+with fingers (made by ``scripts/make_clips.py``). `AUTHORS` names authors and licenses. The seed
+varies a clip: its tempo is warped, left and right are swapped if the clip allows it, and the upper
+body moves slightly more or less.
 """
 
 from __future__ import annotations
 
 import csv
+import lzma
 import zlib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,23 +36,33 @@ LIBRARY = WEIGHTS / "clips.npz"
 STEP = 2e-4
 """Meters per unit of the file."""
 
-LICENSE = "CC0-1.0"
-AUTHORS = {30.0: "Quaternius, Universal Animation Library", 24.0: "Mesh2Motion"}
 OWN = "own-"
 """Prefix of the files of our own gestures (``scripts/gestures.py``)."""
-OWN_AUTHOR = "a2v"
-"""Their author."""
+AUTHORS = {
+    "30": ("Quaternius, Universal Animation Library", "CC0-1.0"),
+    "24": ("Mesh2Motion", "CC0-1.0"),
+    OWN: ("a2v", "CC0-1.0"),
+    "kaykit": ("Kay Lousberg, KayKit Character Animations", "CC0-1.0"),
+    "deepmimic": ("DeepMimic, X. B. Peng and others", "MIT"),
+    "animated": ("AnimatedDrawings, Meta Platforms", "MIT"),
+    "cmu": ("CMU Graphics Lab Motion Capture Database", "free"),
+}
+"""Author and license of clips, by the folder of the file; of files without one by their frame
+rate."""
+
+RELAXED = "Idle"
+"""The clip of a relaxed standing person."""
 
 SHOWN_SECONDS = 5.0
 """Seconds for which a cycle is played if no length is given."""
 REPEATED_SECONDS = 2.5
 """A clip that can be repeated is repeated until this time, seconds."""
 
-TEMPO = 0.12
+TEMPO = 0.2
 """Two standard deviations of the logarithm of a seed's tempo relative to the keyed one."""
 WARP = 0.03
 """Largest shift of moments by the time warp, as a share of the clip's length."""
-AMPLITUDE = (0.85, 1.15)
+AMPLITUDE = (0.75, 1.25)
 """Range of the factor on the movement of trunk, head and arms about their mean pose."""
 HANDS_FREE = 0.3
 """Least height of hands above the ground, meters, for the upper body to vary: lower hands lean on
@@ -82,6 +93,13 @@ class Clip:
     fps : float
     pace : float
         Forward speed, meters per second.
+    aside : float
+        Speed to the left, meters per second.
+    before, after : str
+        Clips from which and into which it is played when it stands alone; "-" for its own first
+        and last pose.
+    beats : int
+        How often a cycle repeats what it is named after; 0 if that cannot be counted.
     """
 
     name: str
@@ -93,11 +111,27 @@ class Clip:
     words: str
     fps: float
     pace: float
+    beats: int = 0
+    aside: float = 0.0
+    before: str = ""
+    after: str = ""
 
     @property
     def author(self) -> str:
         """Author of the clip."""
-        return OWN_AUTHOR if self.file.startswith(OWN) else AUTHORS[self.fps]
+        return self._origin[0]
+
+    @property
+    def license(self) -> str:
+        """License of the clip."""
+        return self._origin[1]
+
+    @property
+    def _origin(self) -> tuple[str, str]:
+        kind = self.file.partition("/")[0] if "/" in self.file else ""
+        if kind or not self.file.startswith(OWN):
+            return AUTHORS[kind or f"{self.fps:g}"]
+        return AUTHORS[OWN]
 
 
 @dataclass(frozen=True)
@@ -148,14 +182,15 @@ def clip_library() -> ClipLibrary:
     held = read_npz(LIBRARY)
     with TABLE.open(newline="", encoding="utf-8") as stream:
         rows = {row["file"]: row for row in csv.DictReader(stream)}
-    steps = held["steps"].transpose(2, 0, 1)
+    packed = np.frombuffer(lzma.decompress(held["steps"].tobytes()), np.int16)
+    steps = packed.reshape(len(held["joint_names"]), 3, -1).transpose(2, 0, 1)
     parts = np.split(steps, np.cumsum(held["frames"])[:-1])
     joints = tuple(
         np.cumsum(part, axis=0, dtype=np.int64).astype(np.float64) * STEP for part in parts
     )
     clips = []
-    for file, fps, pace in zip(
-        held["files"].tolist(), held["fps"].tolist(), held["pace"].tolist(), strict=True
+    for file, fps, pace, aside in zip(
+        *(held[name].tolist() for name in ("files", "fps", "pace", "aside")), strict=True
     ):
         row = rows[file]
         clips.append(
@@ -169,6 +204,10 @@ def clip_library() -> ClipLibrary:
                 words=row["words"],
                 fps=fps,
                 pace=pace,
+                aside=aside,
+                beats=int(row["beats"] or 0),
+                before=row["before"],
+                after=row["after"],
             )
         )
     offsets = held["rest_offsets"].astype(np.float64)
@@ -236,7 +275,8 @@ def play_clip(
         np.sin(2 * np.pi * (at / length + phase)) - np.sin(2 * np.pi * (at[0] / length + phase))
     )
     joints = _sampled(keyed, at, skeleton, library.lengths, around=clip.plays != "once")
-    joints[..., 2] += (moved / clip.fps * clip.pace)[:, None]
+    for axis, pace in ((0, clip.aside), (2, clip.pace)):
+        joints[..., axis] += (moved / clip.fps * pace)[:, None]
     played = Motion(
         joints=joints.astype(np.float32),
         rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
@@ -247,17 +287,22 @@ def play_clip(
         action=clip.name,
         seed=seed,
         rest_offsets=library.rest_offsets,
-        provenance={
-            "clip": clip.file,
-            "author": clip.author,
-            "license": LICENSE,
-            "model_digest": file_digest(LIBRARY),
-            "seed": seed,
-            "told": [True],
-            "air": [clip.air],
-        },
+        provenance=_facts(clip, seed),
     )
     return mirror_motion(played) if mirrored and clip.mirrors else played
+
+
+def _facts(clip: Clip, seed: int) -> dict[str, Any]:
+    """Where a motion of a clip comes from."""
+    return {
+        "clip": clip.file,
+        "author": clip.author,
+        "license": clip.license,
+        "model_digest": file_digest(LIBRARY),
+        "seed": seed,
+        "told": [True],
+        "air": [clip.air],
+    }
 
 
 def _sampled(

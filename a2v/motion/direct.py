@@ -10,10 +10,11 @@ import numpy as np
 
 from a2v.animation.curves import near
 from a2v.errors import InputError
+from a2v.motion.beginnings import LATE, LATE_SECONDS, onset
 from a2v.motion.direction import Direction
 from a2v.motion.direction_steerer import DirectionSteerer
 from a2v.motion.edit import Edit, edited
-from a2v.motion.figures import NATURAL_SECONDS, natural_path
+from a2v.motion.figures import NATURAL_SECONDS, STEADY, STEADY_SPREAD, natural_path
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
@@ -21,7 +22,7 @@ from a2v.motion.prompts import Step
 from a2v.motion.settling import planting, rises, settled, skeleton_of_motion
 from a2v.motion.smoothing import smooth_actions
 from a2v.motion.timeline import Moments, Take, perform, stack_clips
-from a2v.motion.ways import Way, way_along
+from a2v.motion.ways import MAX_METRES, MIN_METRES, GroundPath, Way, way_along
 from a2v.motion.window_sampler import WindowSampler
 from a2v.types import Motion
 
@@ -72,8 +73,11 @@ def make_motion(
     if direction is None and (figure := _figure(model, steps, take, speed=edit.speed)) is not None:
         return edited(figure, after)
     if direction is None:
-        made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
+        if _late(steps):
+            made = _without_wait(model, steps, take, edit.speed)
+        else:
+            made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         made = planted(
             settled(smooth_actions(made, actions), model.card, actions),
             skeleton_of_motion(made),
@@ -88,28 +92,74 @@ def make_motion(
 def _figure(
     model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float
 ) -> Motion | None:
-    """Make clips of an action that is named after its path (`a2v.motion.figures`), along that path;
-    None for all other actions."""
+    """Make clips of an action that is named after its path, or of a steady run
+    (`a2v.motion.figures`), along its path; None for all other actions."""
     if (
         len(steps) != 1
-        or steps[0].action not in NATURAL_SECONDS
+        or steps[0].action not in (*NATURAL_SECONDS, *STEADY)
         or not isinstance(model.sampler, WindowSampler)
+        or not model.sampler.card.steerable
     ):
-        return None
-    if not model.sampler.card.steerable:
         return None
     step = steps[0]
     frames = step.frames or (
         take.frames if step.seconds is None else max(1, round(step.seconds * take.fps))
     )
-    pace, seconds = natural_speed(model, step.action), frames / take.fps * speed * step.speed
-    path = natural_path(step.action, seconds=seconds, pace=pace, fps=model.fps)
+    seconds = frames / take.fps * speed * step.speed
     clips = []
     for number in range(take.count):
         one = dataclasses.replace(take, count=1, seed=take.seed + number)
+        path, pace = _natural_way(model, step.action, seconds, one.seed)
         made = _directed(model, steps, Direction(path=path, pace=pace), one, speed=speed)
         clips.append(made.first(min(frames, made.frames)))
     return clips[0] if take.count == 1 else stack_clips(clips)
+
+
+def _natural_way(
+    model: MotionModel, action: str, seconds: float, seed: int
+) -> tuple[GroundPath, float]:
+    """Return path and pace of an action of `_figure` for a seed."""
+    if action not in STEADY:
+        pace = natural_speed(model, action)
+        path = natural_path(action, seconds=seconds, pace=pace, fps=model.fps)
+        assert path is not None
+        return path, pace
+    draw = np.random.default_rng([seed, len(action)])
+    pace = STEADY[action] * float(np.exp(STEADY_SPREAD * draw.normal()))
+    length = min(pace * (seconds + 3 / model.fps), MAX_METRES)
+    return GroundPath(np.array([[0.0, 0.0], [0.0, max(length, MIN_METRES)]])), pace
+
+
+def _without_wait(model: MotionModel, steps: Sequence[Step], take: Take, speed: float) -> Motion:
+    """Make clips of an action whose recordings wait before it: each begins shortly before the body
+    moves."""
+    frames = steps[0].frames or (
+        take.frames if steps[0].seconds is None else max(1, round(steps[0].seconds * take.fps))
+    )
+    more = frames + round(LATE_SECONDS * take.fps)
+    step = dataclasses.replace(steps[0], frames=more, seconds=None)
+    made = perform(
+        model, [step], dataclasses.replace(take, frames=more), speed=speed, skip_rest=True
+    )
+    clips = [made] if take.count == 1 else [made[number] for number in range(take.count)]
+    cut = []
+    for clip in clips:
+        begin = onset(clip.root, clip.fps)
+        begin = min(begin, clip.frames - frames)
+        cut.append(
+            dataclasses.replace(
+                clip,
+                joints=clip.joints[begin : begin + frames],
+                rotations=clip.rotations[begin : begin + frames],
+                root=clip.root[begin : begin + frames],
+            )
+        )
+    return cut[0] if take.count == 1 else stack_clips(cut)
+
+
+def _late(steps: Sequence[Step]) -> bool:
+    """Return whether a clip of the steps begins long before its action."""
+    return len(steps) == 1 and steps[0].action in LATE
 
 
 def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion:

@@ -16,6 +16,13 @@ NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
 """Seconds of each of these actions if no length is given: the circles of the figure then have about
 1.5 m."""
 
+STEADY = {"Run": 3.5, "Jog": 3.36}
+"""Speed of the recordings, meters per second, of actions whose recordings are shorter than a clip:
+they last 1.3 s, so that clips of several windows stop in between (Run had .51 of that speed). They
+are sampled along a straight path."""
+STEADY_SPREAD = 0.1
+"""Standard deviation of the logarithm of the speed of a seed relative to it."""
+
 LEAST_RADIUS = 0.55
 """Meters. A tighter circle makes people step sideways."""
 GREATEST_RADIUS = 4.0

@@ -10,28 +10,23 @@ from itertools import groupby
 
 import numpy as np
 
-from a2v.animation.detail import FRONT
-from a2v.animation.posture import table_of
-from a2v.animation.source import source_joints, source_leg_length, upright_rotmat
 from a2v.errors import InputError
-from a2v.geometry.vectors import unit
-from a2v.kinematics import Skeleton, rotvec_to_rotmat, swing_between
-from a2v.kinematics.names import canonical_joints
+from a2v.kinematics import Skeleton, rotvec_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics, on_lengths
-from a2v.motion.applications import on_skeleton
+from a2v.motion.acting import act, natural_seconds
 from a2v.motion.clips import SOURCE as CLIPS
-from a2v.motion.clips import clip_library, play_clip
+from a2v.motion.clips import clip_library
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited
 from a2v.motion.model import MotionModel
+from a2v.motion.on_clips import on_clips_skeleton
 from a2v.motion.prompts import Step
 from a2v.motion.settling import rises
+from a2v.motion.staging import Play, sided
 from a2v.motion.timeline import Take, stack_clips
 from a2v.types import FloatArray, Motion
 
-MODEL_SECONDS = 3.0
-"""Seconds of a model's action in a mix if no length is given."""
 SHORTEST_SECONDS = 0.8
 """Least length of a step without a given length, seconds."""
 FADE_SECONDS = (0.35, 1.1)
@@ -41,21 +36,6 @@ FAR = 1.2
 LEAD = 0.6
 """Share of a blend for which a clip waits before it begins, since its first frames are hardly
 visible."""
-RELAXED = "Idle"
-"""The clip that gives the hands of motions without hands."""
-SOLE = 0.012
-"""Height in meters of a standing person's lowest joint above the ground, on the library's
-skeleton."""
-LEVELLED = frozenset({"humanact12", "ntu_vibe"})
-"""Skeletons of data whose vertical leans with the camera (`a2v.animation.retarget`)."""
-
-
-def natural_seconds(step: Step) -> float:
-    """Seconds of a step without a given length: a clip its own length, an action of a model
-    `MODEL_SECONDS`."""
-    if step.source == CLIPS:
-        return clip_library().seconds(step.action) / step.speed
-    return MODEL_SECONDS
 
 
 def make_sourced(
@@ -92,7 +72,7 @@ def make_sourced(
     if not steps or not all(step.source for step in steps):
         raise InputError("every step needs a source, as a2v.motion.catalog.understand gives it")
     sources = {step.source for step in steps}
-    if len(sources) == 1 and CLIPS not in sources:
+    if len(sources) == 1 and CLIPS not in sources and not any(step.wishes.any for step in steps):
         return make_motion(
             MotionModel.load(steps[0].source),
             steps,
@@ -107,26 +87,20 @@ def _one(steps: Sequence[Step], frames: int, fps: float, seed: int, edit: Edit) 
     after = dataclasses.replace(edit, speed=1.0)
     if len(steps) > 1:
         return edited(_joined(steps, frames, fps, seed, edit.speed), after)
-    library, speed = clip_library(), steps[0].speed * edit.speed
-    index = library.index(steps[0].action)
-    if (
-        edit.loop and library.clips[index].plays == "loop"
-    ):  # a whole number of its own cycles already closes
-        cycle = len(library.joints[index]) / library.clips[index].fps / speed
-        whole = max(1, round(frames / fps / cycle)) * cycle
-        played = play_clip(
-            steps[0].action,
-            frames=max(2, round(whole * fps)),
-            fps=fps,
-            speed=speed,
-            seed=seed,
-            cycles=round(whole / cycle),
-        )
-        return edited(played, dataclasses.replace(after, loop=False, in_place=edit.in_place))
-    count = steps[0].frames or (round(steps[0].seconds * fps) if steps[0].seconds else frames)
-    return edited(
-        play_clip(steps[0].action, frames=max(1, count), fps=fps, speed=speed, seed=seed), after
-    )
+    step = steps[0]
+    count = step.frames or (round(step.seconds * fps) if step.seconds else frames)
+    play = Play(frames=max(1, count), fps=fps, speed=edit.speed, seed=seed)
+    if edit.loop and step.source == CLIPS:
+        library, speed = clip_library(), step.speed * edit.speed
+        index = library.index(step.action)
+        if library.clips[index].plays == "loop":  # whole cycles already close
+            cycle = len(library.joints[index]) / library.clips[index].fps / speed
+            whole = max(1, round(frames / fps / cycle))
+            play = dataclasses.replace(
+                play, frames=max(2, round(whole * cycle * fps)), cycles=whole
+            )
+            after = dataclasses.replace(after, loop=False)
+    return edited(_told(act(step, play), [step], seed), after)
 
 
 def shared_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
@@ -147,12 +121,18 @@ def shared_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int
     return counts
 
 
+def _alone(step: Step) -> bool:
+    """Return whether a step is made by itself: a clip, or one with wishes."""
+    return step.source == CLIPS or step.wishes.any
+
+
 @dataclass(frozen=True)
 class _Segment:
     """Steps of one source, and their frames."""
 
     steps: tuple[Step, ...]
     counts: tuple[int, ...]
+    opens: bool
 
     @property
     def frames(self) -> int:
@@ -161,18 +141,20 @@ class _Segment:
 
 def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: float) -> Motion:
     counts = shared_frames(steps, frames=frames, fps=fps)
-    segments = []
+    segments: list[_Segment] = []
     for (source, _), run in groupby(
         enumerate(steps),
-        key=lambda item: (item[1].source, item[0] if item[1].source == CLIPS else -1),
+        key=lambda item: (item[1].source, item[0] if _alone(item[1]) else -1),
     ):
         own = list(run)
         assert source
         segments.append(
-            _Segment(tuple(step for _, step in own), tuple(counts[at] for at, _ in own))
+            _Segment(
+                tuple(step for _, step in own), tuple(counts[at] for at, _ in own), not segments
+            )
         )
     library = clip_library()
-    skeleton = _sided(library.skeleton)
+    skeleton = sided(library.skeleton)
     longest = round(FADE_SECONDS[1] * fps)
     joints = _played(segments[0], fps, seed, speed, ahead=longest, lead=0)
     for number, segment in enumerate(segments[1:], 1):
@@ -197,17 +179,7 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
         )
         joints = np.concatenate([joints[:done], mixed[0].astype(np.float64)])
     joints = on_lengths(joints[: sum(counts)], library.skeleton, library.lengths)
-    starts = np.cumsum([0, *counts[:-1]]) / fps
-    clips = [step.source == CLIPS for step in steps]
-    in_air = [
-        own and library.clips[library.index(step.action)].air
-        for own, step in zip(clips, steps, strict=True)
-    ]
-    rising = [
-        not own and rises(MotionModel.load(step.source).card, step.action)
-        for own, step in zip(clips, steps, strict=True)
-    ]
-    return Motion(
+    made = Motion(
         joints=joints.astype(np.float32),
         rotations=inverse_kinematics(joints, library.skeleton).astype(np.float32),
         root=joints[:, 0].astype(np.float32),
@@ -217,14 +189,38 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
         action=",".join(step.action for step in steps),
         seed=seed,
         rest_offsets=library.rest_offsets,
-        action_starts=starts,
-        provenance={
-            "sources": [step.source for step in steps],
-            "seed": seed,
-            "told": clips,
-            "air": in_air,
-            "rises": rising,
-        },
+        action_starts=np.cumsum([0, *counts[:-1]]) / fps,
+    )
+    return _told(made, steps, seed)
+
+
+def _told(motion: Motion, steps: Sequence[Step], seed: int) -> Motion:
+    """Record the actions of a motion, and what a character needs to know of each."""
+    library = clip_library()
+    clips = [step.source == CLIPS for step in steps]
+    air = [
+        own and library.clips[library.index(step.action)].air
+        for own, step in zip(clips, steps, strict=True)
+    ]
+    rising = [
+        not own and rises(MotionModel.load(step.source).card, step.action)
+        for own, step in zip(clips, steps, strict=True)
+    ]
+    facts = {
+        "sources": [step.source for step in steps],
+        "seed": seed,
+        "told": [own or bool(step.wishes.over) for own, step in zip(clips, steps, strict=True)],
+        "air": air,
+        "rises": rising,
+    }
+    for name in ("look", "hands"):
+        if any(values := [getattr(step.wishes, name) for step in steps]):
+            facts[name] = values
+    return dataclasses.replace(
+        motion,
+        action=",".join(step.action for step in steps),
+        seed=seed,
+        provenance={**motion.provenance, **facts},
     )
 
 
@@ -234,16 +230,21 @@ def _played(
     """Return the joints (T + ahead, J, 3) of a segment and its continuation on the clips' skeleton.
     A clip of the library holds its first pose for `lead` frames."""
     frames, first = segment.frames + ahead, segment.steps[0]
-    if first.source == CLIPS:
-        played = play_clip(
-            first.action,
-            frames=max(1, frames - lead),
+    if _alone(first):
+        waits = lead if first.source == CLIPS else 0
+        ends = first.wishes.ends  # then it is done when the step ends, and the last pose is held
+        play = Play(
+            frames=max(1, (segment.frames if ends else frames) - waits),
             fps=fps,
-            speed=first.speed * speed,
+            speed=speed,
             seed=seed,
+            alone=segment.opens,
         )
-        joints = played.joints.astype(np.float64)
-        return np.concatenate([np.repeat(joints[:1], frames - len(joints), axis=0), joints])
+        joints = act(first, play).joints.astype(np.float64)
+        joints = np.concatenate([np.repeat(joints[:1], waits, axis=0), joints])
+        left = frames - len(joints)
+        joints = np.concatenate([joints, np.repeat(joints[-1:], max(left, 0), axis=0)])
+        return np.asarray(joints[:frames])
     counts = [*segment.counts[:-1], segment.counts[-1] + ahead]
     steps = [
         dataclasses.replace(step, frames=count, seconds=None)
@@ -273,122 +274,3 @@ def _centered(pose: FloatArray, skeleton: Skeleton) -> FloatArray:
     yaw = np.arctan2(across[2], across[0])
     moved: FloatArray = (pose - pose[0] * [1, 0, 1]) @ rotvec_to_rotmat(np.array([0.0, yaw, 0.0])).T
     return moved
-
-
-def _sided(skeleton: Skeleton) -> Skeleton:
-    """The skeleton with its hips and shoulders named, left before right."""
-    found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
-    return dataclasses.replace(
-        skeleton,
-        hips=(found["left_hip"], found["right_hip"]),
-        shoulders=(found["left_shoulder"], found["right_shoulder"]),
-    )
-
-
-def on_clips_skeleton(motion: Motion) -> FloatArray:
-    """Convert a clip of any skeleton to the library's: joints (T, J, 3), meters.
-
-    It has the library's bones, standing feet and neck, and relaxed hands.
-    """
-    library = clip_library()
-    skeleton, lengths = library.skeleton, library.lengths
-    source = source_joints(motion)
-    if motion.skeleton in LEVELLED:
-        rotmat = upright_rotmat(source, motion.fps)
-        motion = dataclasses.replace(
-            motion, joints=(motion.joints.astype(np.float64) @ rotmat.T).astype(np.float32)
-        )
-        source = source_joints(motion)
-    idle = library.joints[library.index(RELAXED)]
-    scale = source_leg_length(
-        {
-            name: idle[:, at]
-            for name, at in canonical_joints(
-                skeleton.joint_names, skeleton.parents.tolist()
-            ).items()
-        }
-    ) / source_leg_length(source)
-    joints = on_skeleton(
-        dataclasses.replace(motion, joints=motion.joints * np.float32(scale)), skeleton, lengths
-    ).astype(np.float64)
-    joints = on_lengths(_standing(joints, skeleton, motion.skeleton), skeleton, lengths)
-    joints = _with_details(joints, idle[0], skeleton)
-    joints[..., 1] += SOLE - joints[..., 1].min()
-    return joints
-
-
-def _standing(joints: FloatArray, skeleton: Skeleton, data: str) -> FloatArray:
-    """Turn feet and neck of joints (T, J, 3) by the difference between the standing poses of the
-    skeleton of `data` and of the library."""
-    table = table_of(data)
-    found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
-    rest = _rest(skeleton)
-    left = unit(
-        (joints[:, found["left_hip"]] - joints[:, found["right_hip"]]) * np.array([1.0, 0.0, 1.0])
-    )
-    out = joints.copy()
-    for bone, key in (("left_ankle", "dip"), ("right_ankle", "dip"), ("neck", "neck")):
-        if key not in table:
-            continue
-        child = {"left_ankle": "left_foot", "right_ankle": "right_foot", "neck": "head"}[bone]
-        own = rest[found[child]] - rest[found[bone]]
-        angle = np.degrees(
-            np.arctan2(own[1], np.hypot(own[0], own[2]))
-            if key == "dip"
-            else np.arctan2(own[2], own[1])
-        )
-        turn = rotvec_to_rotmat(
-            np.deg2rad(table[key] - angle if key == "dip" else angle - table[key]) * left
-        )
-        moved = [at for at in range(skeleton.n_joints) if _hangs_on(at, found[bone], skeleton)]
-        out[:, moved] = joints[:, found[bone], None] + np.einsum(
-            "tab,tkb->tka", turn, joints[:, moved] - joints[:, found[bone], None]
-        )
-    return out
-
-
-def _hangs_on(joint: int, on: int, skeleton: Skeleton) -> bool:
-    """Return whether a joint is a descendant of another one."""
-    at = int(skeleton.parents[joint])
-    while at >= 0:
-        if at == on:
-            return True
-        at = int(skeleton.parents[at])
-    return False
-
-
-def _rest(skeleton: Skeleton) -> FloatArray:
-    offsets = clip_library().rest_offsets
-    points = np.zeros_like(offsets)
-    for joint in range(1, len(points)):
-        points[joint] = points[skeleton.parents[joint]] + offsets[joint]
-    return points
-
-
-def _with_details(joints: FloatArray, relaxed: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Joints (T, J, 3) with fingers and face as in the pose `relaxed` (J, 3), turned with the
-    forearms and the person."""
-    names = skeleton.joint_names
-    out = joints.copy()
-    for side in ("l", "r"):
-        elbow, wrist = names.index(f"lowerarm_{side}"), names.index(f"hand_{side}")
-        fingers = [at for at in range(len(names)) if _hangs_on(at, wrist, skeleton)]
-        turn = rotvec_to_rotmat(
-            swing_between(
-                np.broadcast_to(relaxed[wrist] - relaxed[elbow], joints[:, 0].shape),
-                joints[:, wrist] - joints[:, elbow],
-            )
-        )
-        out[:, fingers] = joints[:, wrist, None] + np.einsum(
-            "tab,kb->tka", turn, relaxed[fingers] - relaxed[wrist]
-        )
-    head, front = names.index("head"), names.index(FRONT)
-    found = canonical_joints(names, skeleton.parents.tolist())
-    across = joints[:, found["left_hip"]] - joints[:, found["right_hip"]]
-    yaw = -np.arctan2(across[:, 2], across[:, 0])
-    out[:, front] = joints[:, head] + np.einsum(
-        "tab,b->ta",
-        rotvec_to_rotmat(yaw[:, None] * np.array([0.0, 1.0, 0.0])),
-        relaxed[front] - relaxed[head],
-    )
-    return out

@@ -13,14 +13,16 @@ from dataclasses import dataclass
 
 from a2v.digest import Digest
 from a2v.errors import InputError
+from a2v.motion.acting import make_directed, natural_seconds
 from a2v.motion.catalog import (
     NAMES,
+    RESEARCH,
     SOURCES,
     Understanding,
     catalog,
+    read_prompt,
     understand,
     weaknesses,
-    with_sources,
 )
 from a2v.motion.clips import LIBRARY
 from a2v.motion.clips import SOURCE as CLIPS
@@ -28,12 +30,14 @@ from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.figures import NATURAL_SECONDS
-from a2v.motion.medley import make_sourced, natural_seconds
+from a2v.motion.keeping import kept_and_told
+from a2v.motion.medley import make_sourced
 from a2v.motion.model import MotionModel
 from a2v.motion.names import BUNDLED
-from a2v.motion.prompts import Match, Step, explain, parse_prompt
+from a2v.motion.prompts import Match, Step, explain
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
+from a2v.motion.wishes import without_wishes
 from a2v.sessions import file_digest
 from a2v.types import Motion
 
@@ -54,12 +58,24 @@ class MotionPlan:
     matches : tuple of Match
         The match of each part of the words.
     model : MotionModel or None
-        None if clips or several sources make the steps.
+        None if clips or several sources make the steps, or a step has wishes.
+    edit : Edit
+        Loop, in place and mirrored, if the words of a single step ask for them.
     """
 
     steps: tuple[Step, ...]
     matches: tuple[Match, ...]
     model: MotionModel | None
+    edit: Edit = Edit()
+
+    def merged(self, edit: Edit) -> Edit:
+        """Return `edit` with what the words ask for."""
+        return dataclasses.replace(
+            edit,
+            loop=edit.loop or self.edit.loop,
+            in_place=edit.in_place or self.edit.in_place,
+            mirror=edit.mirror != self.edit.mirror,
+        )
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -67,7 +83,7 @@ class MotionPlan:
         return (
             (self.model.path.stem,)
             if self.model is not None
-            else tuple(dict.fromkeys(step.source for step in self.steps))
+            else Understanding(self.steps, self.matches).sources
         )
 
     @property
@@ -119,6 +135,8 @@ class MotionPlan:
         notes = [
             f"; {weak[step.action]}"
             if step.action in weak and "cmu-fine" in (step.source, self._model_name)
+            else "; for research only"
+            if {step.source, step.wishes.over_source, self._model_name} & set(RESEARCH)
             else ""
             for step in self.steps
         ]
@@ -137,7 +155,7 @@ class MotionPlan:
         self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None
     ) -> Motion:
         """Make the motion; see `make_steps`."""
-        return make_steps(self.model, self.steps, take, edit=edit, direction=direction)
+        return make_steps(self.model, self.steps, take, edit=self.merged(edit), direction=direction)
 
 
 def make_steps(
@@ -159,6 +177,10 @@ def make_steps(
     """
     if model is not None and not any(step.source for step in steps):
         return make_motion(model, steps, take, edit=edit, direction=direction)
+    if direction is not None and take.lengths is None and take.count == 1:
+        return make_directed(
+            steps, frames=take.frames, fps=take.fps, direction=direction, seed=take.seed, edit=edit
+        )
     if direction is not None or take.lengths is not None:
         raise InputError(
             f"{', '.join(step.action for step in steps)}: a motion with hand-keyed "
@@ -177,6 +199,7 @@ def plan_motion(
     license: str = "any",
     timeline: str | os.PathLike[str] | None = None,
     directed: bool = False,
+    strict: bool = False,
 ) -> MotionPlan:
     """Turn words or a timeline into steps and their sources.
 
@@ -191,7 +214,10 @@ def plan_motion(
     timeline : path or None
         A YAML file instead of `action` (`read_timeline`).
     directed : bool
-        Whether a direction will be given: then "auto" is the model that can be directed.
+        Whether a direction will be given: then "auto" is the model that can be directed, unless the
+        words name a clip.
+    strict : bool
+        Refuse words with an unknown part; it is left out otherwise, and told.
 
     Raises
     ------
@@ -206,28 +232,57 @@ def plan_motion(
             "no action given; name one with --action (a2v actions lists them), or give a "
             "--timeline or a --motion"
         )
-    if model == AUTO and directed:
-        model = DIRECTED
-    if model not in (AUTO, CLIPS):
-        opened = MotionModel.load(model)
-        if license == "free" and "research" in opened.card.license:
-            raise InputError(
-                f"model {model} is for research only; leave --license free out, or choose another "
-                "--model"
-            )
-        known = Vocabulary.of(opened.card)
-        steps, matches = (
-            parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
-        )
-        return MotionPlan(tuple(steps), tuple(matches), opened)
-    sources = SOURCES if model == AUTO else (CLIPS,)
-    if timeline is None:
-        found = understand(action, license=license, sources=sources)
-    else:
+    if model in (AUTO, CLIPS):
+        sources = SOURCES if model == AUTO else (CLIPS,)
         whole = catalog(license, sources)
-        steps, matches = read_timeline(timeline, whole.vocabulary)
-        found = Understanding(tuple(with_sources(steps, whole)), tuple(matches))
-    if found.sources == (CLIPS,) or len(found.sources) > 1:
-        return MotionPlan(found.steps, found.matches, None)
-    plain = tuple(dataclasses.replace(step, source="") for step in found.steps)
-    return MotionPlan(plain, found.matches, MotionModel.load(found.sources[0]))
+        if timeline is None:
+            found = understand(action, license=license, sources=sources, strict=strict)
+        else:
+            found = Understanding.of(*read_timeline(timeline, whole.vocabulary), whole)
+        if not directed or model == CLIPS or found.sources == (CLIPS,):
+            return _planned(found)
+        model = DIRECTED
+    opened = MotionModel.load(model)
+    if license == "free" and "research" in opened.card.license:
+        raise InputError(
+            f"model {model} is for research only; leave --license free out, or choose another "
+            "--model"
+        )
+    known = Vocabulary.of(opened.card)
+    steps, matches = (
+        read_prompt(action, known, strict=strict)
+        if timeline is None
+        else read_timeline(timeline, known)
+    )
+    named = [dataclasses.replace(step, source=model) for step in steps]
+    left, told = kept_and_told(named, matches, bundled=model in SOURCES and not directed)
+    return _planned(Understanding(tuple(left), tuple(told)), opened)
+
+
+def _planned(found: Understanding, model: MotionModel | None = None) -> MotionPlan:
+    """Make the plan of steps with sources. Loop, in place and mirrored, wished of a single step,
+    become an edit."""
+    steps, edit = found.steps, Edit()
+    if len(steps) == 1:
+        own = steps[0].wishes
+        edit = Edit(loop=own.loop, in_place=own.in_place, mirror=own.mirror)
+        kept = without_wishes(own, ("loop", "in_place", "mirror"))
+        steps = (dataclasses.replace(steps[0], wishes=kept),)
+    if any(step.wishes.any for step in steps):
+        layers = (
+            dataclasses.replace(
+                step,
+                wishes=dataclasses.replace(
+                    step.wishes, over_source=step.wishes.over_source or step.source
+                )
+                if step.wishes.over
+                else step.wishes,
+            )
+            for step in steps
+        )
+        return MotionPlan(tuple(layers), found.matches, None, edit)
+    if model is None and (CLIPS in found.sources or len(found.sources) > 1):
+        return MotionPlan(steps, found.matches, None, edit)
+    plain = tuple(dataclasses.replace(step, source="") for step in steps)
+    opened = MotionModel.load(found.sources[0]) if model is None else model
+    return MotionPlan(plain, found.matches, opened, edit)

@@ -7,80 +7,36 @@ A prompt is split at "then", commas, and "and" between two actions. The duration
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from a2v.errors import InputError
 from a2v.io import shorten
-from a2v.motion.lexicon import canonical_words, plain_words
+from a2v.motion.layers import is_upper, sits
+from a2v.motion.lexicon import plain_words
+from a2v.motion.splitting import Part, split_prompt, take_duration
 from a2v.motion.vocabulary import Match as Match
+from a2v.motion.vocabulary import UnknownActionError
 from a2v.motion.vocabulary import Vocabulary as Vocabulary
+from a2v.motion.wishes import NONE, Taken, Told, Wishes, take_wishes
 
-NUMBERS = {
-    "half a": 0.5,
-    "half": 0.5,
-    "a": 1,
-    "an": 1,
-    "one": 1,
-    "two": 2,
-    "three": 3,
-    "four": 4,
-    "five": 5,
-    "six": 6,
-    "seven": 7,
-    "eight": 8,
-    "nine": 9,
-    "ten": 10,
-    "twelve": 12,
-    "fifteen": 15,
-    "twenty": 20,
-    "thirty": 30,
-}
 # : Longest step in a prompt, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
 """Largest number of letters of a prompt; longer prompts are refused before they are read."""
-MAX_PARTS = 40
-"""Largest number of parts of a prompt."""
-
-NEGATIONS = frozenset(
-    [
-        "not",
-        "no",
-        "dont",
-        "doesnt",
-        "didnt",
-        "isnt",
-        "never",
-        "without",
-        "cant",
-        "cannot",
-        "avoid",
-        "nor",
-    ]
-)
-UNKNOWING = frozenset(["know", "idea", "clue"])
-"""Words after a negation that mean a shrug: "I don't know"."""
-RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
-"""Words that end a negation."""
-STILL = frozenset(["move", "anyth", "stir", "budg"])
-"""A prompt that only excludes these means standing."""
-STANDING = "stand still"
 MARGIN = 0.15
 """Least lead of the score of two actions joined by "and" over that of one action."""
+UNKEPT = 0.8
+"""Factor on the confidence for each wish that is not kept."""
+LAYERED_BELOW = 0.75
+"""Score of one action below which two in layers are tried."""
+LIMB_WORDS = {"arm": "arms", "hand": "arms", "head": "head"}
+"""Stems of excluded words that name a limb: it is held still."""
 
-_THEN = re.compile(
-    r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
-    re.IGNORECASE,
-)
+_WHILE = re.compile(r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", re.IGNORECASE)
 _AND = re.compile(r"\s+and\s+", re.IGNORECASE)
-_NAMED = "|".join(sorted(NUMBERS, key=len, reverse=True))
-_LONG = r"seconds?|secs?|minutes?|mins?|frames?"
-_DURATION = re.compile(
-    rf"\b(?:for\s+)?(?:about\s+|around\s+)?(?:(?P<digits>\d+(?:\.\d+)?)\s*-?\s*(?P<unit>{_LONG}|s)|(?P<named>{_NAMED})[\s-]+(?P<word>{_LONG}))\b",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +58,8 @@ class Step:
     source : str
         Source of the action: a name of `a2v.motion.catalog`; "" for the model that is given with
         the steps.
+    wishes : Wishes
+        Count, distance, side and the like.
     """
 
     action: str
@@ -110,6 +68,7 @@ class Step:
     seed: int | None = None
     speed: float = 1.0
     source: str = ""
+    wishes: Wishes = NONE
 
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
@@ -129,18 +88,22 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Part:
-    """A part of a prompt: the requested action, the excluded words, and the length."""
+class _Found:
+    """What a part is taken for."""
 
-    text: str
-    without: frozenset[str] = frozenset()
-    seconds: float | None = None
-    frames: int | None = None
+    part: Part
+    match: Match
+    wishes: Wishes
 
 
-def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
+def parse_prompt(
+    text: str, vocabulary: Vocabulary, *, strict: bool = False
+) -> tuple[list[Step], list[Match]]:
     """Parse a prompt such as "walk slowly, then salsa for 2 s, then jump" into steps and the match
     of each part.
+
+    A part that is no action is left out and told with the match before or after it, unless
+    `strict`.
 
     Raises
     ------
@@ -152,12 +115,27 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
         raise InputError(f"the prompt has {len(text)} letters; expected at most {MAX_PROMPT}")
     steps: list[Step] = []
     matches: list[Match] = []
-    for part in _parts(text):
-        for piece, match in _matched(part, vocabulary):
+    refused: list[UnknownActionError] = []
+    for part in split_prompt(text):
+        try:
+            pieces = _matched(part, vocabulary)
+        except UnknownActionError as error:
+            if strict:
+                raise
+            refused.append(error)
+            if matches:
+                matches[-1] = _lacking(matches[-1], error)
+            continue
+        for number, found in enumerate(pieces):
+            match, piece = found.match, found.part
+            if not matches and refused and number == 0:
+                for unknown in refused:
+                    match = _lacking(match, unknown)
             again = (
                 matches
                 and (match.action, match.speed) == (matches[-1].action, matches[-1].speed)
                 and match.text != matches[-1].text
+                and found.wishes == steps[-1].wishes
             )
             if again and piece.seconds is None and piece.frames is None:
                 continue  # "so tired, out of breath" is a single description
@@ -167,134 +145,155 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
                     seconds=piece.seconds,
                     frames=piece.frames,
                     speed=match.speed,
+                    wishes=found.wishes,
                 )
             )
             matches.append(match)
+    if not steps:
+        raise refused[0]
     return steps, matches
 
 
-def _parts(text: str) -> list[_Part]:
-    """Split a prompt into parts. A part with only exclusions is joined to the previous part, or to
-    the next."""
-    pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
-    if not text.strip() or not all(pieces):
-        raise InputError(
-            f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or "
-            "'then' between them"
-        )
-    if len(pieces) > MAX_PARTS:
-        raise InputError(f"the prompt has {len(pieces)} parts; expected at most {MAX_PARTS}")
-    parts: list[_Part] = []
-    waiting: frozenset[str] = frozenset()
-    for piece in pieces:
-        seconds, frames, rest = take_duration(piece)
-        wanted, without = take_negations(rest)
-        if not wanted and without and without <= STILL:
-            wanted, without = STANDING, frozenset()
-        if not wanted and not without:
-            wanted = rest
-        if not wanted and parts:
-            last = parts[-1]
-            parts[-1] = _Part(last.text, last.without | without, last.seconds, last.frames)
-        elif not wanted:
-            waiting |= without
-        else:
-            parts.append(_Part(wanted, without | waiting, seconds, frames))
-            waiting = frozenset()
-    if not parts:
-        raise InputError(
-            f"'{shorten(text, 80)}' only excludes actions; name one to do (a2v actions lists them)"
-        )
-    return parts
+def _lacking(match: Match, error: UnknownActionError) -> Match:
+    """Tell that a part of the prompt is left out."""
+    near = f"; the nearest: {', '.join(error.nearest[:3])}" if error.nearest else ""
+    told = Told("part", f"'{shorten(error.text, 80)}'", False, f"no action is known{near}")
+    return replace(match, told=(*match.told, told), score=match.score * UNKEPT)
 
 
-def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
-    """Match a part to one action, or to two joined by "and" if both match better than one."""
+def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
+    """Match a part to one action, to two in layers, or to two joined by "and" if both match better
+    than one."""
+    layers = _WHILE.split(part.text, maxsplit=1)
+    if len(layers) == 2:
+        with contextlib.suppress(UnknownActionError):  # "duck while running" is one action
+            return [_layered(part, layers[0], layers[1], vocabulary)]
     halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
-    whole: Match | None = None
-    refusal: InputError | None = None
+    whole: _Found | None = None
+    refusal: UnknownActionError | None = None
     try:
-        whole = vocabulary.match(part.text, part.without)
-    except InputError as error:
+        whole = _single(part, vocabulary)
+    except UnknownActionError as error:
         refusal = error
-    if len(halves) == 2 and all(halves) and (whole is None or whole.score < 0.95):
-        both = [_Part(half, part.without, *take_duration(half)[:2]) for half in halves]
+    if whole is None or whole.match.score < LAYERED_BELOW:
+        over = _with_something(part, vocabulary)
+        if over is not None and (whole is None or over.match.score > whole.match.score + MARGIN):
+            return [over]
+    if len(halves) == 2 and all(halves) and (whole is None or whole.match.score < 0.95):
+        both = [Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
-            found = [
-                (piece, match) for piece in both for piece, match in _matched(piece, vocabulary)
-            ]
-        except InputError as error:
+            found = [one for piece in both for one in _matched(piece, vocabulary)]
+        except UnknownActionError as error:
             refusal = refusal or error
         else:
-            if whole is None or min(match.score for _, match in found) > whole.score + MARGIN:
-                first = found[0][0]
-                found[0] = (
-                    _Part(
-                        first.text,
-                        first.without,
-                        part.seconds or first.seconds,
-                        part.frames or first.frames,
-                    ),
-                    found[0][1],
+            seated = len(found) == 2 and sits(found[0].match.action)
+            if seated and is_upper(found[1].match.action):  # "sit and eat"
+                joint = f"{found[0].match.action} and {found[1].match.action}"
+                if vocabulary.has(joint):  # "sit and talk"
+                    return [_single(replace(part, text=joint), vocabulary)]
+                return [_layered(part, halves[0], halves[1], vocabulary)]
+            if whole is None or min(one.match.score for one in found) > whole.match.score + MARGIN:
+                first = found[0].part
+                kept = Part(
+                    first.text,
+                    first.without,
+                    part.seconds or first.seconds,
+                    part.frames or first.frames,
                 )
-                return found
+                return [replace(found[0], part=kept), *found[1:]]
     if whole is None:
         assert refusal is not None
         raise refusal
-    return [(part, whole)]
+    return [whole]
 
 
-def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Extract a length in seconds or frames, given by a number and a unit; returns it and the rest
-    of the text."""
-    found = _DURATION.search(text)
-    if found is None:
-        return None, None, text
-    rest = " ".join((text[: found.start()] + " " + text[found.end() :]).split())
-    if not rest:
-        return None, None, text
-    amount = (
-        float(found["digits"])
-        if found["digits"]
-        else float(NUMBERS[" ".join(found["named"].lower().split())])
+def _single(part: Part, vocabulary: Vocabulary) -> _Found:
+    """Match a part to one action, with its wishes. Words of a wish may be a part of the action's
+    name, so the action is the best match of the text with and without them."""
+    limbs = {LIMB_WORDS[stem]: None for stem in sorted(part.without) if stem in LIMB_WORDS}
+    without = frozenset() if limbs else part.without
+    exact = vocabulary.has(part.text)
+    taken = Taken(Wishes(), 1.0, part.text, part.text) if exact else take_wishes(part.text)
+    matches: list[Match] = []
+    refusal: UnknownActionError | None = None
+    for text in dict.fromkeys((part.text, taken.text, taken.sideless)):
+        try:
+            matches.append(vocabulary.match(text, without))
+        except UnknownActionError as error:
+            refusal = refusal or error
+    if not matches:
+        assert refusal is not None
+        raise refusal
+    match = max(
+        matches,
+        key=lambda one: (
+            one.score + MARGIN * (taken.wishes.side in plain_words(one.action)),
+            -len(one.text),
+        ),
     )
-    unit = (found["unit"] or found["word"]).lower()
-    if unit.startswith("frame"):
-        return None, max(1, round(amount)), rest
-    return amount * (60 if unit.startswith("min") else 1), None, rest
+    wishes = replace(taken.wishes, still=tuple(limbs))
+    named = set(plain_words(match.action))
+    if wishes.side in named or (wishes.side == "both" and "hands" in named):
+        wishes = replace(wishes, side="")
+    if {"in", "place"} <= named or {"on", "spot"} <= set(plain_words(match.action)):
+        wishes = replace(wishes, in_place=False)
+    told = [
+        *match.told,
+        *part.lasts,
+        *(Told("without", f"without {word}") for word in sorted(without)),
+        *([] if taken.tempo == 1 else [Told("tempo", f"{taken.tempo:g} times its speed")]),
+    ]
+    match = replace(match, text=part.text, told=tuple(told), speed=match.speed * taken.tempo)
+    return _Found(part, match, wishes)
 
 
-def take_negations(text: str) -> tuple[str, frozenset[str]]:
-    """Split a text into the requested words and the stems of the excluded ones: "run without
-    stopping" requests "run". A "no" at the end counts as a requested word."""
-    wanted: list[str] = []
-    unwanted: list[str] = []
-    negated = False
-    words = text.split()
-    plain = ["".join(plain_words(word)) for word in words]
-    for at, (word, bare) in enumerate(zip(words, plain, strict=True)):
-        if bare in NEGATIONS and any(plain[at + 1 :]) and plain[at + 1] not in UNKNOWING:
-            negated = True
-            if wanted and plain[at - 1] in ("do", "does", "is", "but"):
-                wanted.pop()
-        elif negated and bare in RESUMES:
-            negated = False
-        elif negated:
-            unwanted.append(word)
-        else:
-            wanted.append(word)
-    kept = " ".join(wanted)
-    if not canonical_words(kept):
-        kept = ""
-    return kept, frozenset(canonical_words(" ".join(unwanted)))
+def _layered(part: Part, one: str, other: str, vocabulary: Vocabulary) -> _Found:
+    """Match two actions at once: that of the upper body over the other one."""
+    first, second = (
+        _single(replace(part, text=text.strip(" ,")), vocabulary) for text in (one, other)
+    )
+    base, over = first, second
+    if not is_upper(over.match.action) and is_upper(base.match.action):
+        base, over = over, base
+    if not is_upper(over.match.action):
+        raise UnknownActionError(part.text, (first.match.action, second.match.action))
+    if is_upper(base.match.action) and sits(over.match.action):
+        base, over = over, base
+    wishes = replace(
+        base.wishes,
+        over=over.match.action,
+        side=over.wishes.side or base.wishes.side,
+        look=over.wishes.look or base.wishes.look,
+        hands=over.wishes.hands or base.wishes.hands,
+    )
+    match = replace(base.match, text=part.text, score=min(base.match.score, over.match.score))
+    return _Found(part, match, wishes)
+
+
+def _with_something(part: Part, vocabulary: Vocabulary) -> _Found | None:
+    """Match "run with hands up" or "walk holding a torch": an action and one of the upper body."""
+    words = part.text.split()
+    best: _Found | None = None
+    for at in range(1, len(words)):
+        if words[at].lower() != "with" and not words[at].lower().endswith("ing"):
+            continue
+        start = at + (words[at].lower() == "with")
+        try:
+            found = _layered(part, " ".join(words[:at]), " ".join(words[start:]), vocabulary)
+        except UnknownActionError:
+            continue
+        if best is None or found.match.score > best.match.score:
+            best = found
+    return best
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
-    """One line per part: its match, and the nearest other actions unless the name matched
-    exactly."""
+    """One line per part: its match, its wishes, and the nearest other actions unless the name
+    matched exactly."""
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
         near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 and match.others else ""
-        lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}")
+        told = "".join(f"; {told.line()}" for told in match.told)
+        lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}{told}")
     return lines

@@ -12,10 +12,14 @@ from a2v.kinematics.even_paths import evened
 from a2v.types import FloatArray, IntArray, Motion
 
 SMOOTHED: Mapping[str, float] = {
+    "Dragon": 0.03,
     "Drunk walk": 0.05,
     "Elephant": 0.05,
     "Flamingo": 0.05,
+    "Ghost": 0.03,
+    "Range of motion": 0.03,
     "Salsa": 0.05,
+    "Shy walk": 0.03,
     "Sidestep": 0.05,
     "Snake": 0.05,
     "Sneak": 0.05,
@@ -23,8 +27,8 @@ SMOOTHED: Mapping[str, float] = {
     "Whirl": 0.05,
 }
 """Width in seconds (`a2v.kinematics.even_paths.evened`) for each action of `cmu-fine` whose
-generated clips had more than twice the jerk of its recordings. At this width the jerk is .6 to 1.4
-times that of the recordings (docs/results/motion_standing.md)."""
+generated clips had more than 1.8 times the jerk of its recordings. At this width the jerk is .6 to
+1.8 times that of the recordings (docs/results/motion_standing.md)."""
 EASE_SECONDS = 0.4
 """Seconds over which the smoothing sets in and ends where the action changes."""
 

@@ -20,8 +20,24 @@ from a2v.motion.prompts import MAX_PROMPT, Match, Step, Vocabulary
 from a2v.motion.sampling import Noise
 from a2v.motion.steer import Steerer
 from a2v.motion.stride import lengthened, strides
+from a2v.motion.wishes import Wishes
 from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray, Motion
+
+_WISHES: dict[str, type | tuple[type, ...]] = {
+    "count": int,
+    "distance": (int, float),
+    "pace": (int, float),
+    "angle": (int, float),
+    "side": str,
+    "in_place": bool,
+    "mirror": bool,
+    "over": str,
+    "still": str,
+    "look": str,
+    "hands": str,
+}
+"""Entries of a timeline that are fields of `Wishes`, and their kinds."""
 
 #: Seconds over which tempo changes from one step to the next.
 EASE_SECONDS = 0.5
@@ -86,7 +102,8 @@ def read_timeline(
     """Read the steps of a YAML file and the match of each.
 
     It is a list of ``{action: ..., style: ..., seconds: ..., frames: ..., seed: ..., speed: ...}``:
-    action and style are words as in a prompt, the other entries those of `Step`.
+    action and style are words as in a prompt, the other entries those of `Step` and of its
+    `Wishes`, such as ``over: wave``, the action of the upper body.
 
     Raises
     ------
@@ -123,18 +140,18 @@ def _timed_step(
         "speed": (int, float),
         "frames": int,
         "seed": int,
+        **_WISHES,
     }
     for name, value in entry.items():
         if name not in kinds:
             raise InputError(
                 f"{where} has the unknown entry {brief(name)}; expected {', '.join(kinds)}"
             )
-        fits = isinstance(value, kinds[name]) and not isinstance(value, bool)
+        flag = kinds[name] is bool
+        fits = isinstance(value, kinds[name]) and isinstance(value, bool) == flag
         if not fits or (name == "seed" and not 0 <= int(value) < 2**32):
-            raise InputError(
-                f"{where} has {name}: {brief(value)}; expected "
-                f"{'text' if kinds[name] is str else 'a number'}"
-            )
+            kind = "text" if kinds[name] is str else "true or false" if flag else "a number"
+            raise InputError(f"{where} has {name}: {brief(value)}; expected {kind}")
     words = f"{entry['action']} {entry.get('style', '')}".strip()
     if len(words) > MAX_PROMPT:
         raise InputError(
@@ -142,7 +159,13 @@ def _timed_step(
         )
     match = vocabulary.match(words)
     numbers = {name: entry[name] for name in ("seconds", "frames", "seed") if name in entry}
-    return Step(action=match.action, speed=match.speed * entry.get("speed", 1.0), **numbers), match
+    wished = {name: entry[name] for name in _WISHES if name in entry}
+    if "over" in wished:
+        wished["over"] = vocabulary.match(wished["over"][:MAX_PROMPT]).action
+    if "still" in wished:
+        wished["still"] = tuple(part.strip() for part in wished["still"].split(","))
+    speed = match.speed * entry.get("speed", 1.0)
+    return Step(action=match.action, speed=speed, wishes=Wishes(**wished), **numbers), match
 
 
 def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:

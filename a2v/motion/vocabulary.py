@@ -23,6 +23,7 @@ from a2v.io import shorten
 from a2v.motion.card import ModelCard
 from a2v.motion.lexicon import PARTICLE, PARTICLES, Word, canonical_words, read_words
 from a2v.motion.names import plain_name
+from a2v.motion.wishes import Told
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 
@@ -78,8 +79,8 @@ class UnknownActionError(InputError):
         The nearest actions, best first; empty if none has a score above `NEAR`.
     """
 
-    def __init__(self, text: str, nearest: Sequence[str]) -> None:
-        hint = (
+    def __init__(self, text: str, nearest: Sequence[str], hint: str = "") -> None:
+        hint = hint or (
             f"the nearest {'are' if nearest[1:] else 'is'} {', '.join(nearest)}"
             if nearest
             else "describe it in English words, or choose one from the list: a2v actions"
@@ -102,6 +103,8 @@ class Match:
         The next best, best first.
     speed : float
         Tempo in the text that is not in the action's name.
+    told : tuple of Told
+        Wishes of the text, and whether they are kept.
     """
 
     text: str
@@ -109,6 +112,7 @@ class Match:
     score: float
     others: tuple[str, ...]
     speed: float = 1.0
+    told: tuple[Told, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -287,6 +291,14 @@ class Vocabulary:
             missing = min(missing, ANOTHER_NAME)
         return explained / (total + missing) if told else 0.0
 
+    def has(self, text: str) -> bool:
+        """Return whether a text is the name of an action."""
+        return plain_name(text) in self._plain
+
+    @cached_property
+    def _plain(self) -> dict[str, str]:
+        return {plain_name(action): action for action in reversed(self.actions)}
+
     def match(self, text: str, without: Collection[str] = ()) -> Match:
         """Return the action that best matches a piece of text, without those that have a word of
         `without`.
@@ -296,11 +308,10 @@ class Vocabulary:
         UnknownActionError
             No action is similar enough. The message names up to five that are near.
         """
-        plain = {plain_name(action): action for action in reversed(self.actions)}
         ranked = self.rank(text, without)
         others = tuple(action for action, share in ranked[: OFFERED + 1] if share > NEAR)
-        if plain_name(text) in plain and not without:
-            action = plain[plain_name(text)]
+        if self.has(text) and not without:
+            action = self._plain[plain_name(text)]
             return Match(
                 text, action, 1.0, tuple(other for other in others if other != action)[:OFFERED]
             )

@@ -28,7 +28,7 @@ from a2v.motion.applications import (
 )
 from a2v.motion.direct import on_feet
 from a2v.motion.edit import Edit, check_speed, edited, retimed
-from a2v.motion.plan import MotionPlan
+from a2v.motion.plan import MotionPlan, make_steps
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import Take
 from a2v.rendering.stickfigure import DRAWN_FORMATS
@@ -43,12 +43,11 @@ from pipelines.options import flag, group, option
 from pipelines.requests.motion import (
     EditOptions,
     PlanOptions,
-    WayOptions,
     open_model,
     plan_length,
-    read_direction,
     read_plan,
 )
+from pipelines.requests.ways import WayOptions, read_clip_direction, read_direction
 from pipelines.rigs import ROOT_MOTION, RigOptions, rig_of_motions, write_rigged_motion
 
 HELP = "Generate motions of one or several actions and write them as .npz, .bvh, .fbx, .glb, .vrma, or pictures and videos of stick figures."
@@ -194,7 +193,8 @@ def run(options: Options) -> Answer:
         check_writable(path.parent)
         write_npz(path, content)
         return Answer(files=[path])
-    return _written(Made(generate(asked, options)), path, rigged, options.edits.edit)
+    edit = asked.merged(options.edits.edit)
+    return _written(Made(generate(asked, options)), path, rigged, edit)
 
 
 def _filmed(options: Options, filmed: FilmedOptions) -> Made:
@@ -256,7 +256,7 @@ def _planned(options: Options) -> MotionPlan:
     if plan.model is None:
         alone = [
             name for name in ("start", "interpolate", "bones", "native") if getattr(options, name)
-        ] + _given(options.way)
+        ]
         alone += ["bone_scale"] if options.bone_scale != 1.0 else []
         if alone:
             what = ", ".join(step.action for step in plan.steps)
@@ -293,15 +293,16 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
         )
     plan, speed, model = options.plan, options.edits.speed, asked.model
     if model is None:
-        return asked.make(
-            Take(
-                frames=options.frames_written(asked),
-                fps=plan.fps,
-                seed=plan.seed,
-                count=options.count,
-            ),
-            edit=Edit(speed=speed),
+        clip_way = None
+        if options.way.given:
+            clip_way = read_clip_direction(options.way, [step.action for step in asked.steps])
+        take = Take(
+            frames=options.frames_written(asked),
+            fps=plan.fps,
+            seed=plan.seed,
+            count=options.count,
         )
+        return make_steps(None, asked.steps, take, edit=Edit(speed=speed), direction=clip_way)
     if options.way.given or options.way.pace is not None or not alone:
         if alone:
             raise InputError(
@@ -319,7 +320,7 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
             count=options.count,
             lengths=lengths,
         )
-        return asked.make(take, edit=Edit(speed=speed), direction=direction)
+        return make_steps(model, asked.steps, take, edit=Edit(speed=speed), direction=direction)
     made = retimed(
         _application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed
     )

@@ -78,12 +78,13 @@ def props(
     edit: Edit,
     footing: FootingSettings,
 ) -> Ref[Props]:
-    """Return steps, ladders and bars for a climbing person.
+    """Return steps, ladders and bars for a climbing person, and seats for one who sits.
 
-    There are none if the motion does not climb, is in place or is a cycle.
+    A motion in place, or a cycle, has nothing to climb on.
     """
     from a2v.animation.footing import find_props
     from a2v.animation.retarget import has_steps
+    from a2v.animation.seats import find_seats
 
     moves = get(poses, Poses)
     climbs = (
@@ -92,9 +93,11 @@ def props(
         and not edit.loop
         and has_steps(get(motion, Motion), retarget)
     )
-    return put(
-        find_props(moves.bone_transforms, get(body, Body), moves.fps) if climbs else Props.of([])
-    )
+    if climbs:
+        return put(find_props(moves.bone_transforms, get(body, Body), moves.fps))
+    seats = footing.shown and not retarget.raw
+    found = find_seats(moves.bone_transforms, get(body, Body), moves.fps) if seats else []
+    return put(Props.of(found))
 
 
 @memo()

@@ -6,7 +6,6 @@ Everything is checked before a long computation starts.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,17 +22,14 @@ from pipelines.engine.refs import File
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 from pipelines.requests.offer import offer_nearest
+from pipelines.requests.ways import MANY, WayOptions, read_clip_direction, read_direction
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
-    from a2v.motion.direction import Direction
     from a2v.motion.plan import MotionPlan
-    from a2v.motion.prompts import Step
 
 AUTO = "auto"
 """The default: all sources (`a2v.motion.plan`)."""
-MANY = "cmu-fine"
-"""The model with the most actions, which can be directed."""
 
 MODEL = f"source of the motion: {AUTO} (all), clips, the name of a model, or an .onnx file"
 """Help of the options that name a motion model."""
@@ -120,6 +116,7 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
                 license=asked.license,
                 timeline=asked.timeline,
                 directed=directed,
+                strict=asked.strict,
             )
         except UnknownActionError as error:
             chosen = (
@@ -140,99 +137,6 @@ def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, 
     if frames is None and seconds is None and plan.seconds is not None:
         seconds = plan.seconds
     return length_of(frames=frames, seconds=seconds, fps=fps, longest=plan.longest)
-
-
-def read_direction(
-    model: MotionModel, steps: Sequence[Step], way: WayOptions, *, fps: float, count: int = 1
-) -> Direction | None:
-    """Read the requested path of the motion, its keyframes and held joints; None without any.
-
-    Raises
-    ------
-    InputError
-        A file or a number is invalid, or the model or the steps do not support it.
-    """
-    from a2v.motion.direct import check_directed
-    from a2v.motion.direction import Direction, Keyframe
-    from a2v.motion.keyframes import read_holds, read_keyframes, read_poses
-    from a2v.motion.ways import read_path
-
-    if way.path is None and way.pace is not None:
-        raise InputError(
-            f"pace is {way.pace:g}, but there is no path; give one with --path, or change the "
-            "tempo with --speed"
-        )
-    if not way.given:
-        return None
-    path = None if way.path is None else read_path(way.path)
-    check_directed(model, steps, Direction(path=path), count=count)
-    keys, holds = (
-        ([], []) if way.keyframes is None else read_keyframes(way.keyframes, model, fps=fps)
-    )
-    if way.start_pose is not None:
-        keys += [Keyframe(time=at, joints=pose) for at, pose in read_poses(way.start_pose, model)]
-    if way.end_pose is not None:
-        poses = read_poses(way.end_pose, model)
-        keys += [Keyframe(time=poses[-1][0] - at, joints=pose, to_end=True) for at, pose in poses]
-    holds += [] if way.hold is None else read_holds(way.hold)
-    heading = None if way.heading is None else float(np.radians(way.heading))
-    direction = Direction(
-        path=path, pace=way.pace, heading=heading, keyframes=tuple(keys), holds=tuple(holds)
-    )
-    check_directed(model, steps, direction)
-    return direction
-
-
-@dataclass(frozen=True, kw_only=True)
-class WayOptions:
-    """Options for the path of a motion, keyframes and held joints (docs/motion.md)."""
-
-    path: str | None = option(
-        "path on the ground: points 'x,z x,z ...' in meters, or a .csv, .yaml or .svg file",
-        default=None,
-    )
-    pace: float | None = option(
-        "speed along --path, meters per second (default: the speed of the action)",
-        default=None,
-        rare=True,
-    )
-    heading: float | None = option(
-        "direction in which the person faces throughout, degrees: 0 is ahead, 90 is to the left",
-        default=None,
-        metavar="DEGREES",
-        rare=True,
-    )
-    keyframes: str | None = option(
-        "YAML file of poses, places and headings at given times, and of joints to hold",
-        default=None,
-        metavar="FILE",
-        rare=True,
-    )
-    start_pose: str | None = option(
-        "first pose: a motion file, FILE#12 for one of its frames, or FILE#8-15 for several",
-        default=None,
-        metavar="FILE",
-        rare=True,
-    )
-    end_pose: str | None = option(
-        "last pose, in the same form as --start-pose", default=None, metavar="FILE", rare=True
-    )
-    hold: str | None = option(
-        "joints to hold in place: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...' in meters and seconds; "
-        "'left_wrist body ...' is relative to the root",
-        default=None,
-        metavar="WHAT",
-        rare=True,
-    )
-
-    @property
-    def given(self) -> bool:
-        """Whether any of these options is given."""
-        return any(
-            getattr(self, item.name) is not None
-            for item in dataclasses.fields(WayOptions)
-            if item.name != "pace"
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,6 +163,9 @@ class ActionOptions:
         "YAML file of actions with their lengths, in place of --action (docs/motion.md)",
         default=None,
         metavar="FILE",
+    )
+    strict: bool = flag(
+        "refuse words with an unknown part (default: it is left out, and said)", rare=True
     )
 
 
@@ -290,6 +197,12 @@ class CarryOptions:
 
     from_photo: bool = flag("begin in the pose of the photo and blend into the action")
     raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
+    look_at: str = option(
+        "where the head looks: camera, ahead, left, right, up, down, back, or x,y,z in meters",
+        default="",
+        metavar="WHERE",
+        rare=True,
+    )
     no_blink: bool = flag("keep the eyes open (default: the person blinks)", rare=True)
     retarget: RetargetSettings = settings(
         RetargetSettings,
@@ -300,8 +213,14 @@ class CarryOptions:
     def parameters(self) -> Parameters:
         """Return the parameters `retarget` and `blink`."""
         carried = self.retarget
+        life = carried.life
+        if self.look_at:
+            life = dataclasses.replace(life, look=self.look_at)
         carried = dataclasses.replace(
-            carried, raw=self.raw or carried.raw, from_photo=self.from_photo or carried.from_photo
+            carried,
+            raw=self.raw or carried.raw,
+            from_photo=self.from_photo or carried.from_photo,
+            life=life,
         )
         return {
             "retarget": carried,
@@ -365,12 +284,12 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
         length = plan_length(plan, frames=self.frames, seconds=self.seconds, fps=self.fps)
         direction = None
         if self.given or self.pace is not None:
-            if plan.model is None:
-                raise InputError(
-                    f"{', '.join(plan.sources)} cannot be directed; leave path, poses and holds "
-                    f"out, or choose --model {MANY}"
-                )
-            direction = read_direction(plan.model, plan.steps, self, fps=self.fps)
+            direction = (
+                read_clip_direction(self, [step.action for step in plan.steps])
+                if plan.model is None
+                else read_direction(plan.model, plan.steps, self, fps=self.fps)
+            )
+        moving["edit"] = plan.merged(self.edit)
         asked = {
             "steps": plan.steps,
             "frames": length,

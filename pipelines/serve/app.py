@@ -174,6 +174,7 @@ class Handlers:
                 "title": title_of(step.action),
                 "seconds": step.seconds,
                 "near": [{"action": name, "title": title_of(name)} for name in match.others[:3]],
+                "wishes": [told.line() for told in match.told],
             }
             for step, match in zip(steps, matches, strict=True)
         ]

@@ -16,13 +16,16 @@ from a2v.motion.prompts import Step
 @pytest.fixture(scope="module")
 def mixed():
     return make_sourced(
-        understand("march for 2 s, then bow, then drink").steps, frames=240, fps=30, seed=2
+        understand("march for 2 s, then bow, then turn the steering wheel").steps,
+        frames=240,
+        fps=30,
+        seed=2,
     )
 
 
 def test_a_mix_has_the_frames_that_are_asked_for(mixed) -> None:
     assert mixed.frames == 240
-    assert mixed.action == "March,Bow,drink"
+    assert mixed.action == "March,Bow,turn_steering_wheel"
     np.testing.assert_allclose(mixed.action_starts[:2], [0, 2])
     assert mixed.provenance["sources"] == ["cmu-fine", "clips", "humanact12"]
     assert mixed.provenance["told"] == [False, True, False]
@@ -72,7 +75,7 @@ def test_clips_take_the_edits_that_others_take() -> None:
     slow, quick = (
         make_sourced(steps, frames=60, fps=30, edit=Edit(speed=speed)) for speed in (1.0, 2.0)
     )
-    assert quick.root[-1, 2] == pytest.approx(2 * slow.root[-1, 2], abs=0.15)
+    assert quick.root[-1, 2] == pytest.approx(2 * slow.root[-1, 2], rel=0.1)  # feet are planted
     still = make_sourced(steps, frames=60, fps=30, edit=Edit(in_place=True))
     assert np.abs(still.root[-1, [0, 2]] - still.root[0, [0, 2]]).max() < 0.15
     loop = make_sourced(understand("idle").steps, frames=120, fps=30, edit=Edit(loop=True))

@@ -10,7 +10,8 @@ import pytest
 from a2v.errors import InputError
 from a2v.motion import MotionModel
 from a2v.motion.lexicon import SYNONYMS, canonical_words
-from a2v.motion.prompts import Step, explain, parse_prompt, take_duration
+from a2v.motion.prompts import Step, explain, parse_prompt
+from a2v.motion.splitting import take_duration
 from a2v.motion.vocabulary import Vocabulary
 
 PROMPTS = list(csv.DictReader((Path(__file__).parent / "prompts.csv").open(encoding="utf-8")))

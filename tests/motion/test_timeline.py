@@ -131,3 +131,36 @@ def test_a_clip_knows_when_its_actions_begin(model: MotionModel) -> None:
     assert made.action_starts is not None
     np.testing.assert_allclose(made.action_starts, [0.0, 2.0, 2.5])
     assert perform(model, steps[:1], Take(frames=60, fps=30.0)).action_starts is None
+
+
+def test_a_timeline_has_layers_and_other_wishes(tmp_path) -> None:
+    from a2v.motion.plan import plan_motion
+    from a2v.motion.timeline import Take
+
+    file = tmp_path / "t.yaml"
+    file.write_text(
+        "- {action: walk, over: wave, distance: 3, look: camera}\n"
+        "- {action: clap, count: 4}\n"
+        "- {action: jump, still: 'arms, head', in_place: true}\n"
+    )
+    plan = plan_motion(timeline=file)
+    first, second, third = (step.wishes for step in plan.steps)
+    assert (first.over, first.over_source, first.distance, first.look) == (
+        "Wave",
+        "clips",
+        3,
+        "camera",
+    )
+    assert second.count == 4
+    assert third.still == ("arms", "head")
+    assert third.in_place
+    assert all(told.kept for match in plan.matches for told in match.told)
+    motion = plan.make(Take(frames=round(plan.seconds * 30), fps=30))
+    assert motion.provenance["look"] == ["camera", "", ""]
+    assert motion.root[round(motion.action_starts[1] * 30), 2] == pytest.approx(3, abs=0.35)
+    file.write_text("- {action: walk, side: top}\n")
+    with pytest.raises(InputError, match="side is 'top'; choose from left"):
+        plan_motion(timeline=file)
+    file.write_text("- {action: walk, in_place: 3}\n")
+    with pytest.raises(InputError, match="expected true or false"):
+        plan_motion(timeline=file)

@@ -28,7 +28,7 @@ def model_of(**values: object) -> str:
         ("salsa", MANY),
         ("walk, then sneak", MANY),
         ("walk backwards", MANY),
-        ("drink", "humanact12"),
+        ("turn the steering wheel", "humanact12"),
     ],
 )
 def test_one_model_makes_what_it_can_make_alone(asked, model):
@@ -39,15 +39,15 @@ def test_clips_and_several_sources_say_what_makes_each_step():
     mixed = parameters(action="sneak, then bow, then salsa")
     assert [step.source for step in mixed["steps"]] == ["cmu-fine", "clips", "cmu-fine"]
     assert mixed["model"].digest != parameters(action="bow")["model"].digest
-    assert parameters(action="bow", fps=30.0)["frames"] == 112  # as long as it is keyed
+    assert parameters(action="bow", fps=30.0)["frames"] == 141  # as it is keyed, with its stances
     assert parameters(action="idle", seconds=7.0, fps=30.0)["frames"] == 210
-    with pytest.raises(InputError, match="cannot be directed"):
-        parameters(action="bow", model="clips", path="0,0 0,3")
+    with pytest.raises(InputError, match="keyframes cannot be given with Bow"):
+        parameters(action="bow", model="clips", keyframes="k.yaml")
 
 
 def test_research_is_left_out_where_licenses_must_be_free():
     with pytest.raises(InputError, match="none of the actions"):
-        parameters(action="lift dumbbell with both hands", license="free")
+        parameters(action="turn the steering wheel", license="free")
     with pytest.raises(InputError, match="research only"):
         parameters(action="drink", model="humanact12", license="free")
 

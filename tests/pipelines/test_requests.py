@@ -45,6 +45,8 @@ OTHERS = {
     "start_pose": "m.npz",
     "end_pose": "m.npz#4-6",
     "hold": "head 0,1.5,0 from 1 to 2",
+    "look_at": "camera",
+    "retarget.life.look": "left",
     "motion": "m.npz",
     "views": "front,turntable",
     "camera": "c.yaml",
@@ -85,8 +87,8 @@ UNUSABLE = {
     "implicit.digest",
 }
 """Values that only custom files can resolve."""
-FILTERS = {"license"}
-"""What leaves sources out: of "Walk" every license has the same."""
+FILTERS = {"license", "strict"}
+"""What leaves sources out, or refuses: of "Walk" every license has the same, and all is known."""
 
 
 @pytest.fixture(scope="module")

@@ -202,7 +202,7 @@ def test_many_motions(tmp_path, capsys):
         capsys, "motion", "--action", "Walk", "--frames", "0", "--out", tmp_path / "x.npz"
     )
     assert "ends in" in fails_quietly(
-        capsys, "motion", "--action", "Walk", "--out", tmp_path / "x.fbx"
+        capsys, "motion", "--action", "Walk", "--out", tmp_path / "x.xyz"
     )
     assert not list(tmp_path.glob("x.*"))
 
@@ -261,7 +261,7 @@ Frame Time: 0.04
         ("words.bvh", "once upon a time", "words.bvh"),
         ("picture.bvh", b"\x89PNG\r\n\x1a\n", "picture.bvh"),
         ("archive.npz", b"PK\x03\x04 not really", "archive.npz"),
-        ("dance.fbx", "FBX", ".bvh, .npz"),
+        ("dance.fbx", "FBX", "is not an FBX file"),
         ("missing.bvh", None, "missing.bvh"),
     ],
 )

@@ -32,12 +32,12 @@ _SHARED = (_FOLDER / "fbx_scale.mjs", _FOLDER / "glb_parts.mjs")
 """Modules that both scripts import."""
 WRITER, READER = (
     Script(
-        title=name.replace("_", " "),
+        title=file.stem.replace("_", " "),
         what="FBX",
         instead="or use a .glb",
-        files=(_FOLDER / f"{name}.mjs", *_SHARED),
+        files=(file, *_SHARED),
     )
-    for name in ("fbx_writer", "fbx_reader")
+    for file in (_FOLDER / "fbx_writer.mjs", _FOLDER / "fbx_reader.mjs")
 )
 
 MAX_BYTES = 256 << 20

@@ -100,7 +100,7 @@ def test_generated_clips_keep_their_arms_out_on_slim_and_broad_people(action, se
     before = retarget(motion, broad, settings=RetargetSettings(clear_arms=False)).astype(np.float64)
     after = clear_arms(before, own, FPS)
     within = [(arm_depth(moves, own).max(axis=1) > 0.02).mean() for moves in (before, after)]
-    assert within[0] > 0.3
+    assert within[0] > 0.1
     assert within[1] <= 0.02
     wrists = [own.bones["left_wrist"], own.bones["right_wrist"]]
     jolts = [

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import wave as wave_file
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,15 @@ QUICK = {
 KEYS = "- {time: 1, at: [0, 1]}\n"
 
 
+def write_speech(path: Path) -> None:
+    """A vowel-like sound of a second: a tone of 120 Hz with overtones, in 16 bits."""
+    times = np.arange(16_000) / 16_000
+    wave = sum(np.sin(2 * np.pi * 120 * n * times) / n for n in range(1, 12))
+    with wave_file.open(str(path), "wb") as file:
+        file.setparams((1, 2, 16_000, len(times), "NONE", "not compressed"))
+        file.writeframes((8000 * wave / np.abs(wave).max()).astype("<i2").tobytes())
+
+
 def excuse(line: str) -> str:
     return next((why for pattern, why in EXCUSED.items() if re.search(pattern, line)), "")
 
@@ -118,6 +128,10 @@ def here(tmp_path_factory: pytest.TempPathFactory, store: Store) -> Path:
         folder / "me.jpg", cache=store.folder, triangles=8000, texture=512, normal_map=0
     )
     me.save(folder / "theirs.glb")
+    me.save(folder / "dance.glb", {"Spin": a2v.make_motion("Spin dance", seconds=1)})
+    smpl = ["--rig", "smpl", "--out", str(folder / "amass.npz")]
+    assert main(["motion", "--action", "Walk", "--seconds", "2", *smpl]) == 0
+    write_speech(folder / "speech.wav")
     me.save(folder / "theirs.vrm", author="A", license_url="https://a.b/c")
     (folder / "out" / "me").mkdir(parents=True)
     shutil.copy(folder / "theirs.glb", folder / "out" / "me" / "character.glb")

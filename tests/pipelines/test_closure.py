@@ -131,8 +131,8 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
         (
             "a2v/reconstruction/coloring/steps.py",
-            {"colored_surface"},
-            {"surface", "photo_body", "body", "face_draft"},
+            {"color_draft", "surface_with_face", "shaded_surface"},
+            {"surface", "photo_body", "body", "face_draft", "colored_surface"},
         ),
         (
             "a2v/geometry/rays.py",

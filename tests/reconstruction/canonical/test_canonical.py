@@ -197,12 +197,8 @@ def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None
     assert bare is not None
     assert bare[20:40, 90:110].all()
     assert not bare[150:].any()
-    assert (
-        bare_hands(
-            dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image), arms, 2
-        )
-        is None
-    )
+    covered = dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image)
+    assert bare_hands(covered, arms) is None
     assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms) is None
 
 

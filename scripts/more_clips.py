@@ -22,11 +22,11 @@ from scipy.ndimage import gaussian_filter1d
 from a2v.formats.bvh import read_bvh
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.kinematics import rotvec_to_rotmat, skeleton_of
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.limbs import bend_to
 from a2v.kinematics.resample import resample_motion
 from a2v.kinematics.skeleton import subtree
 from a2v.kinematics.so3 import quat_to_rotmat
-from a2v.kinematics.transforms import inverse_kinematics
 from a2v.motion.clips import clip_library
 from a2v.motion.layers import chest_of
 from a2v.motion.on_clips import on_clips_skeleton
@@ -345,15 +345,7 @@ class SecondLibrary:
 def _motion(joints: np.ndarray, names: tuple[str, ...], fps: float) -> Motion:
     parents = [-1, *(names.index(PARENTS[name]) for name in names[1:])]
     skeleton = skeleton_of("custom", parents, names)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=fps,
-        parents=np.asarray(parents),
-        joint_names=names,
-        action="",
-    )
+    return motion_of_joints(joints, skeleton, fps)
 
 
 def _facing(joints: np.ndarray) -> np.ndarray:

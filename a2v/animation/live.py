@@ -9,9 +9,9 @@ import numpy as np
 from a2v.animation.life import LifeSettings
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import SIDES, rig_of, sole_points
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.skeleton import Skeleton
-from a2v.kinematics.transforms import inverse_kinematics
-from a2v.types import Body, FloatArray, Motion
+from a2v.types import Body, FloatArray
 
 KEPT = 6
 """Number of past frames over which the limbs' twist is smoothed."""
@@ -60,15 +60,7 @@ class LiveRig:
         """
         self._joints.append(joints)
         clip = np.stack(self._joints)
-        motion = Motion(
-            joints=clip.astype(np.float32),
-            rotations=inverse_kinematics(clip, self.skeleton).astype(np.float32),
-            root=clip[:, 0].astype(np.float32),
-            fps=self.fps,
-            parents=np.asarray(self.skeleton.parents),
-            joint_names=self.skeleton.joint_names,
-            action="live",
-        )
+        motion = motion_of_joints(clip, self.skeleton, self.fps, action="live")
         transforms = retarget(motion, self.body, settings=_SETTINGS)[-1:].astype(np.float64)
         if self._start is None:
             self._start = transforms[0, 0, :3, 3] * np.array([1.0, 0.0, 1.0])

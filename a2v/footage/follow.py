@@ -13,7 +13,7 @@ import numpy as np
 from a2v.digest import Digest
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
-from a2v.footage.figure import NAMES, PARENTS, person_skeleton
+from a2v.footage.figure import person_skeleton
 from a2v.footage.fit import FilmFit, Moves
 from a2v.footage.ground import LEGS, evenly, standing
 from a2v.footage.hands import Hands, track_hands, with_hands
@@ -26,9 +26,10 @@ from a2v.footage.tracking import Sighting, Tracker
 from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
 from a2v.kinematics.foot_contacts import PlantSettings
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
-from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
+from a2v.kinematics.transforms import bone_lengths, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
 PLANTED = PlantSettings(carry=0.5)
@@ -264,15 +265,7 @@ def grounded_motion(tracked: FloatArray, times: FloatArray, *, action: str) -> M
     joints -= joints[0, 0] * np.array([1.0, 0.0, 1.0])
     planted = plant_feet(joints, skeleton, SHOWN_FPS, settings=PLANTED).astype(np.float64)
     planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in LEGS], 1].min(axis=1), 0.02) - TOE
-    return Motion(
-        joints=planted.astype(np.float32),
-        rotations=inverse_kinematics(planted, skeleton).astype(np.float32),
-        root=planted[:, 0].astype(np.float32),
-        fps=SHOWN_FPS,
-        parents=np.asarray(PARENTS),
-        joint_names=NAMES,
-        action=action,
-    )
+    return motion_of_joints(planted, skeleton, SHOWN_FPS, action=action)
 
 
 TOE = 0.02

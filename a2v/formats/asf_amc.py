@@ -14,7 +14,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import shorten
-from a2v.kinematics import inverse_kinematics, rotvec_to_rotmat, skeleton_from_parents
+from a2v.kinematics import rotvec_to_rotmat, skeleton_from_parents
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.types import FloatArray, Motion
 
 METRES_PER_INCH = 0.0254
@@ -195,16 +196,7 @@ def _motion(
     joints = np.stack([origin, *(tails[at] for at in kept)], axis=1) * skeleton.meters
     offsets = np.stack(rest)
     tree = skeleton_from_parents(parents, names, offsets)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, tree).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=float(fps),
-        parents=tree.parents,
-        joint_names=tuple(names),
-        action=action,
-        rest_offsets=offsets,
-    )
+    return motion_of_joints(joints, tree, float(fps), action=action, rest_offsets=offsets)
 
 
 def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArray]:

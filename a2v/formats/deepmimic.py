@@ -9,10 +9,10 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import parse_json, read_bytes
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.resample import MAX_JOINT_FRAMES
 from a2v.kinematics.skeleton import skeleton_of
 from a2v.kinematics.so3 import quat_to_rotmat, rotvec_to_rotmat
-from a2v.kinematics.transforms import inverse_kinematics
 from a2v.types import FloatArray, Motion
 
 # DeepMimic's humanoid3d: name, parent, offset in meters (x forward, y up, z right), degrees of
@@ -80,15 +80,11 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     parents = [joint[1] for joint in _HUMANOID3D]
     names = ("pelvis", *(joint[0] for joint in _HUMANOID3D[1:]))
     skeleton = skeleton_of("custom", parents, names)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=float(round(1 / duration))
-        if abs(1 / duration - round(1 / duration)) < 0.05
-        else 1 / duration,
-        parents=np.asarray(parents),
-        joint_names=names,
+    rate = 1 / duration
+    return motion_of_joints(
+        joints,
+        skeleton,
+        float(round(rate)) if abs(rate - round(rate)) < 0.05 else rate,
         action=action or source.stem,
         provenance={"source": str(source), "format": "DeepMimic humanoid3d"},
     )

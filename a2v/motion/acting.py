@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.foot_contacts import PlantSettings
+from a2v.kinematics.from_joints import with_joints
 from a2v.kinematics.ground import GroundTrajectory, ground_trajectory
 from a2v.motion.clips import RELAXED, clip_library
 from a2v.motion.clips import SOURCE as CLIPS
@@ -312,9 +312,4 @@ def _moved(motion: Motion, world: FloatArray) -> Motion:
     """Move every frame of a motion by a transform (T, 4, 4)."""
     joints = motion.joints.astype(np.float64) @ world[:, :3, :3].transpose(0, 2, 1)
     joints = joints + world[:, None, :3, 3]
-    return dataclasses.replace(
-        motion,
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, clip_library().skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-    )
+    return with_joints(motion, joints, clip_library().skeleton)

@@ -22,7 +22,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.kinematics import Skeleton, skeleton_from_parents
-from a2v.kinematics.transforms import bone_vectors, inverse_kinematics, on_lengths
+from a2v.kinematics.from_joints import motion_of_joints
+from a2v.kinematics.transforms import bone_vectors, on_lengths
 from a2v.motion.edit import mirror_motion
 from a2v.motion.names import plain_name
 from a2v.sessions import WEIGHTS, file_digest
@@ -277,13 +278,10 @@ def play_clip(
     joints = _sampled(keyed, at, skeleton, library.lengths, around=clip.plays != "once")
     for axis, pace in ((0, clip.aside), (2, clip.pace)):
         joints[..., axis] += (moved / clip.fps * pace)[:, None]
-    played = Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=float(fps),
-        parents=skeleton.parents,
-        joint_names=skeleton.joint_names,
+    played = motion_of_joints(
+        joints,
+        skeleton,
+        float(fps),
         action=clip.name,
         seed=seed,
         rest_offsets=library.rest_offsets,

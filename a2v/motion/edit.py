@@ -17,6 +17,7 @@ from a2v.face import other_side
 from a2v.kinematics import inverse_kinematics, quat_to_rotvec, rotvec_to_quat
 from a2v.kinematics.even_paths import evened_cycle
 from a2v.kinematics.foot_contacts import PlantSettings
+from a2v.kinematics.from_joints import with_joints
 from a2v.kinematics.ground import SWAY_SECONDS, GroundTrajectory, ground_trajectory
 from a2v.kinematics.names import canonical_joints, split_side
 from a2v.kinematics.planting import plant_feet
@@ -350,13 +351,7 @@ def _moved(motion: Motion, transforms: FloatArray) -> Motion:
 
 def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
     """Replace the joints (..., T, J, 3) of `motion`."""
-    rotations = inverse_kinematics(joints, skeleton_of_motion(motion))
-    return dataclasses.replace(
-        motion,
-        joints=joints.astype(np.float32),
-        rotations=rotations.astype(np.float32),
-        root=joints[..., 0, :].astype(np.float32),
-    )
+    return with_joints(motion, joints, skeleton_of_motion(motion))
 
 
 def _twins(motion: Motion) -> IntArray:

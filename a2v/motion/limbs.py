@@ -14,6 +14,7 @@ import numpy as np
 from a2v.animation.curves import near
 from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.kinematics.foot_contacts import PLANT, PlantSettings
+from a2v.kinematics.from_joints import with_joints
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.kinematics.limbs import bend_to, limb_of
 from a2v.kinematics.planting import plant_feet
@@ -35,12 +36,7 @@ def planted(
         fixed[list(kept)] = True
         stays = near(fixed, EASE_SECONDS * motion.fps)
     joints = plant_feet(motion.joints, skeleton, motion.fps, settings=settings, stays=stays)
-    return dataclasses.replace(
-        motion,
-        joints=joints,
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[..., 0, :],
-    )
+    return with_joints(motion, joints, skeleton)
 
 
 def hold_limbs(motion: Motion, skeleton: Skeleton, holds: Sequence[Hold]) -> Motion:

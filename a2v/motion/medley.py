@@ -12,7 +12,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, rotvec_to_rotmat
-from a2v.kinematics.transforms import inverse_kinematics, on_lengths
+from a2v.kinematics.from_joints import motion_of_joints
+from a2v.kinematics.transforms import on_lengths
 from a2v.motion.acting import act, natural_seconds
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
@@ -179,13 +180,10 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
         )
         joints = np.concatenate([joints[:done], mixed[0].astype(np.float64)])
     joints = on_lengths(joints[: sum(counts)], library.skeleton, library.lengths)
-    made = Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, library.skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=float(fps),
-        parents=library.skeleton.parents,
-        joint_names=library.skeleton.joint_names,
+    made = motion_of_joints(
+        joints,
+        library.skeleton,
+        float(fps),
         action=",".join(step.action for step in steps),
         seed=seed,
         rest_offsets=library.rest_offsets,

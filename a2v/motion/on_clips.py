@@ -10,7 +10,8 @@ from a2v.animation.detail import FRONT
 from a2v.animation.posture import table_of
 from a2v.animation.source import source_joints, source_leg_length, upright_rotmat
 from a2v.geometry.vectors import unit
-from a2v.kinematics import Skeleton, inverse_kinematics, rotvec_to_rotmat, swing_between
+from a2v.kinematics import Skeleton, rotvec_to_rotmat, swing_between
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.transforms import on_lengths
 from a2v.motion.applications import on_skeleton
@@ -28,13 +29,10 @@ def on_clips_motion(motion: Motion) -> Motion:
     """Convert a clip of any skeleton to the library's (`on_clips_skeleton`)."""
     library = clip_library()
     joints = on_clips_skeleton(motion)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, library.skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=motion.fps,
-        parents=library.skeleton.parents,
-        joint_names=library.skeleton.joint_names,
+    return motion_of_joints(
+        joints,
+        library.skeleton,
+        motion.fps,
         action=motion.action,
         seed=motion.seed,
         rest_offsets=library.rest_offsets,

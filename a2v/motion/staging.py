@@ -16,8 +16,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from a2v.geometry.steps import smoothstep
-from a2v.kinematics import Skeleton, inverse_kinematics, rotvec_to_rotmat, skeleton_of
+from a2v.kinematics import Skeleton, rotvec_to_rotmat, skeleton_of
 from a2v.kinematics.foot_contacts import PlantSettings
+from a2v.kinematics.from_joints import with_joints
 from a2v.kinematics.limbs import bend_to
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.planting import plant_feet
@@ -147,7 +148,7 @@ def staged(action: str, play: Play) -> Motion:
     if not still:
         settings = PlantSettings(share=0.8 if pace else 0.4, carry=float(pace > 0))
         joints = with_feet_planted(joints, play.fps, settings)
-    return _with_joints(made, joints)
+    return with_joints(made, joints, clip_library().skeleton)
 
 
 @cache
@@ -178,16 +179,6 @@ def with_feet_planted(joints: FloatArray, fps: float, settings: PlantSettings) -
     made[:, own] = legs
     made[:, tips] = made[:, balls] + joints[:, tips] - joints[:, balls]
     return made
-
-
-def _with_joints(motion: Motion, joints: FloatArray) -> Motion:
-    skeleton = clip_library().skeleton
-    return dataclasses.replace(
-        motion,
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-    )
 
 
 def _in_stances(clip: Clip, keyed: int, played: FloatArray, play: Play) -> FloatArray:

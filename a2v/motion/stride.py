@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from a2v.kinematics import inverse_kinematics, skeleton_of
+from a2v.kinematics import skeleton_of
+from a2v.kinematics.from_joints import with_joints
 from a2v.kinematics.limbs import bend_to, legs_of
 from a2v.types import FloatArray, Motion
 
@@ -63,10 +62,4 @@ def lengthened(motion: Motion, stride: FloatArray) -> Motion:
             joints[..., hip, :], joints[..., knee, :], joints[..., ankle, :], target
         )
         joints[..., toe, :] = joints[..., ankle, :] + foot
-    rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
-    return dataclasses.replace(
-        motion,
-        joints=joints.astype(np.float32),
-        rotations=rotations,
-        root=joints[..., 0, :].astype(np.float32),
-    )
+    return with_joints(motion, joints, skeleton)

@@ -23,7 +23,8 @@ from a2v.formats.recording import motion_of
 from a2v.formats.smpl.skeleton import NAMES, OFFSETS, PARENTS, posed, upward_axis
 from a2v.formats.smpl.stored import load_arrays
 from a2v.io import reading, shorten
-from a2v.kinematics import inverse_kinematics, rotvec_to_rotmat, skeleton_of
+from a2v.kinematics import rotvec_to_rotmat, skeleton_of
+from a2v.kinematics.from_joints import motion_of_joints
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.resample import MAX_JOINT_FRAMES
 from a2v.types import FloatArray, Motion
@@ -336,13 +337,10 @@ def _of_joints(
     )
     joints = joints * scale
     skeleton = skeleton_of("custom", parents, names)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=fps,
-        parents=np.asarray(parents),
-        joint_names=names,
+    return motion_of_joints(
+        joints,
+        skeleton,
+        fps,
         action=action,
         provenance={
             "source": source, "units": unit, "scale": scale, "up": up, "notes": notes,

@@ -18,6 +18,7 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.errors import InputError
 from a2v.formats.gltf import Gltf, read_glb
+from a2v.formats.gltf.armatures import parents_among
 from a2v.formats.gltf.bounds import MAX_JOINTS
 from a2v.io import shorten
 from a2v.lab.studio.avatars import Avatar, avatar_part
@@ -158,14 +159,7 @@ def _joint_order(gltf: Gltf, node_parents: list[int]) -> tuple[list[int], list[i
     first = [joint for skin in gltf.items("skins")[:1] for joint in gltf.joints(skin)]
     rank = {joint: index for index, joint in enumerate(first)}
     order = sorted(used, key=lambda joint: (depth[joint], rank.get(joint, len(rank)), joint))
-    slot = {joint: index for index, joint in enumerate(order)}
-    parents = []
-    for joint in order:
-        at = node_parents[joint]
-        while at >= 0 and at not in slot:
-            at = node_parents[at]
-        parents.append(slot[at] if at >= 0 else -1)
-    return order, parents
+    return order, parents_among(tuple(order), node_parents).tolist()
 
 
 def _add_primitive(

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
+from a2v.lab.evaluation.framed import framed_surface
 from a2v.lab.evaluation.moved.cases import POSES, MovedCase
 from a2v.lab.evaluation.moved.measures import Moved
-from a2v.rendering.preview import preview_surface
-from a2v.types import ByteArray, FloatArray, Surface
+from a2v.types import ByteArray
 
 T_TURNS: tuple[float, ...] = (0.0, 90.0, 180.0)
 """Turns of the pictures of the T-pose, degrees."""
@@ -39,20 +39,11 @@ def moved_rows(case: MovedCase, moved: Moved, *, size: int = 220) -> ByteArray:
             turns = (
                 T_TURNS if pose == 0 else (FRAME_TURN + (180.0 if pose >= len(POSES) - 2 else 0.0),)
             )
-            pictures += [_look(surface, case.vertices[pose], turn, size) for turn in turns]
+            pictures += [
+                framed_surface(surface, case.vertices[pose], turn, size, border=_BORDER)
+                for turn in turns
+            ]
         rows.append(np.hstack(pictures))
     label = f"{case.index} {case.name} {case.stance}"
     cv2.putText(rows[1], label, (6, size // 2), cv2.FONT_HERSHEY_SIMPLEX, 0.32, (40, 40, 40))
     return np.vstack(rows)
-
-
-def _look(surface: Surface, framed: FloatArray, turn: float, size: int) -> ByteArray:
-    """A picture (size, size, 3) of a surface in the square around `framed` (V, 3)."""
-    low, high = framed.min(axis=0), framed.max(axis=0)
-    return preview_surface(
-        surface,
-        azimuth=turn,
-        size=size,
-        center=(low + high) / 2,
-        extent=_BORDER * float((high - low).max()),
-    )

@@ -11,9 +11,9 @@ from a2v.animation import deform, express, load_rig
 from a2v.animation.rest_pose import rest_transforms
 from a2v.body.face import points_on_face
 from a2v.body.parts import on_parts
+from a2v.lab.evaluation.framed import framed_surface
 from a2v.reconstruction.beside_photo import Reposed, repose
 from a2v.reconstruction.face.look_again import EXPRESSIONS, expressed, head_of, picture_of_head
-from a2v.rendering.preview import preview_surface
 from a2v.types import (
     ByteArray,
     Character,
@@ -111,11 +111,4 @@ class Made:
 
 def turned(surface: Surface, azimuth: float, size: int) -> ByteArray:
     """A picture (size, size, 3) of a whole character."""
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    return preview_surface(
-        surface,
-        azimuth=azimuth,
-        size=size,
-        center=(low + high) / 2,
-        extent=_BORDER * float((high - low).max()),
-    )
+    return framed_surface(surface, surface.vertices, azimuth, size, border=_BORDER)

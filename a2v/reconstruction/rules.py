@@ -35,6 +35,8 @@ COLORING: Mapping[str, str] = {
     "replace_strangers": "colors of places behind another limb",
     "tint_hidden_hands": "the color of hidden hands",
     "mirror_head": "the hidden half of a head on its vertices",
+    "complete_head": "which colors of a head are right, and its hidden places, by a network",
+    "paint_head": "the completed head where no photo shows it",
     "gather_evidence": "all continuation: labels, panels, detail",
     "pair_sides": "hidden places from the mirrored side",
     "bare_crossed_arms": "hidden forearms without sleeves",

@@ -8,24 +8,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from a2v.body.parts import PARTS
-from a2v.body.spots import spots_of
+from a2v.body.face import teeth
+from a2v.body.head_chart import PARTS as HEAD
+from a2v.body.head_chart import chart_places
+from a2v.body.parts import PARTS, on_parts
+from a2v.body.registry import load_body_model
+from a2v.body.spots import rest_vertices, spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.face import PAINTED
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
-from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers
+from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers, under_hair
 from a2v.reconstruction.canonical.neutral import with_neutral_face
+from a2v.reconstruction.canonical.observe import ray_normals
 from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
 from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting, finished
 from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
-from a2v.reconstruction.coloring.canvas import BodyLayers, Canvas, part_agreement
+from a2v.reconstruction.coloring.canvas import BodyLayers, Canvas, CanvasHead, part_agreement
 from a2v.reconstruction.coloring.other_photos import OtherPhoto
 from a2v.reconstruction.reading import Reading
-from a2v.types import Camera, FloatArray, Progress, Reconstruction, Subject, Surface
+from a2v.types import Body, Camera, FloatArray, Progress, Reconstruction, Subject, Surface
 
 
 def canvas_of(
@@ -34,6 +39,7 @@ def canvas_of(
     camera: Camera,
     reading: Reading,
     settings: ColorSettings,
+    body: Body,
 ) -> Canvas:
     """The canvas of a canonical person's surface in the pose of the photo and the flat frame of
     `camera`."""
@@ -58,7 +64,33 @@ def canvas_of(
         bare=reading.bare_forearms,
         loose=layers.loose,
         strands=np.where(strands, strand_numbers(len(parts)), -1) if hairy else None,
+        head=_head(surface, body, hairy=hairy),
     )
+
+
+def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
+    """The head of a person whose body under the clothes is `body`."""
+    assert surface.standing is not None
+    mesh, parts = topology(), np.asarray(surface.standing.parts, np.int64)
+    own = len(mesh.twin)
+    skin, covered = np.zeros(len(parts), bool), np.zeros(len(parts), bool)
+    skin[:own] = mesh.skin & on_parts(parts[:own], *HEAD)
+    if hairy:
+        rest = surface.standing.vertices[:own].astype(np.float64)
+        covered[:own] = under_hair(rest, parts[:own], ray_normals(rest, mesh.faces))
+    places = np.zeros((len(parts), 2))
+    places[:own] = _head_places()
+    return CanvasHead(places, skin, covered, rest_vertices(body))
+
+
+@functools.cache
+def _head_places() -> FloatArray:
+    """Places (V, 2) in the head chart of the vertices of `topology`."""
+    import torch
+
+    model = load_body_model("anny")
+    default = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    return chart_places(topology().refined(np.concatenate([default, teeth().vertices])))
 
 
 def canonical_painting(
@@ -72,7 +104,14 @@ def canonical_painting(
         _in_pose_of(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)
     ]
     canvases = [
-        canvas_of(own, sight.subject, sight.camera, sight.reading, settings)
+        canvas_of(
+            own,
+            sight.subject,
+            sight.camera,
+            sight.reading,
+            settings,
+            sight.body,
+        )
         for own, sight in zip(seen, sights, strict=True)
     ]
     others = tuple(

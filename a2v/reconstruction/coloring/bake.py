@@ -54,6 +54,8 @@ def bake(painting: Painting, padded: PaddedAtlas) -> tuple[FloatArray, np.ndarra
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         owners = None if photo.canvas is None else photo.canvas.owners[strongest]
         trust = photo.trust(point, normal, owners)[:, None]
+        if painting.kept is not None:
+            trust = trust * within(painting.kept[:, None], corner, weight)
         trust, beyond, mirrored = of_other_half(painting, corner, weight, trust)
         if kinds is not None:
             kind = kinds[face]

@@ -64,6 +64,29 @@ _BESIDE_HAIR = 0.004
 
 
 @dataclass(frozen=True, eq=False)
+class CanvasHead:
+    """The head of a canonical person with V vertices.
+
+    Attributes
+    ----------
+    places : (V, 2) float64
+        Places of its vertices in the head chart (`a2v.body.head_chart`).
+    skin : (V,) bool
+        Vertices of the outer skin of head and neck, without layers, eyes and teeth.
+    covered : (V,) bool
+        Those under the layer of long hair.
+    bare : (A, 3) float64
+        The body model's vertices at rest, without clothes and hair, meters; the person's first A
+        vertices are the same ones.
+    """
+
+    places: FloatArray
+    skin: BoolArray
+    covered: BoolArray
+    bare: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Canvas:
     """The texture of a canonical person, and the parts of the photo.
 
@@ -89,6 +112,7 @@ class Canvas:
         Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
     bare : sequence of str
         Forearms without sleeves (`Reading.bare_forearms`).
+    head : CanvasHead, optional
     """
 
     rest: FloatArray
@@ -101,6 +125,7 @@ class Canvas:
     loose: BoolArray | None = None
     strands: IntArray | None = None
     bare: Sequence[str] = ()
+    head: CanvasHead | None = None
 
     @functools.cached_property
     def owners(self) -> IntArray:

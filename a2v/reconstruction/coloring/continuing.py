@@ -45,6 +45,9 @@ def gather_evidence(painting: Painting) -> Painting:
     if skin is None or not is_skin(lab_of(skin)):  # the back of a head, or hair over the cheeks
         hands = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
         skin = skin if hands is None else hands
+    scalp, bare, look = spots.scalp, spots.bare, painting.head_look
+    if look is not None:
+        scalp, bare = scalp & ~look.own | look.cover, bare & ~look.own | (look.own & ~look.cover)
     evidence = BackEvidence(
         vertices=painting.vertices,
         colors=colors,
@@ -52,8 +55,8 @@ def gather_evidence(painting: Painting) -> Painting:
         parts=spots.parts,
         front=seen_before(pixels, outer, spots.parts),
         twin=np.full(len(known), -1),
-        scalp=spots.scalp,
-        bare=spots.bare,
+        scalp=scalp,
+        bare=bare,
         neighbors=painting.neighbors,
         skin=skin,
         face=face | painting.mouth,

@@ -51,6 +51,8 @@ def of_other_half(
     )
     owner = canvas.owners[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
     beyond[own, 0] = photo.trust(point, normal, owner)
+    if painting.kept is not None:
+        beyond[own] *= within(painting.kept[:, None], there, share)
     colors[own] = sample_image(photo.clean, photo.camera.project(point))
     facing = np.maximum(within(painting.normals, corner[own], share)[:, 2], 0.0)
     worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)

@@ -49,6 +49,25 @@ class ColorEvidence:
     others: Sequence[OtherPhoto] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class HeadLook:
+    """Head and neck as a network completes them.
+
+    Attributes
+    ----------
+    own : (V,) bool
+        Their vertices.
+    cover : (V,) bool
+        Hair, a hat or cloth instead of skin.
+    colors : (V, 3)
+        sRGB.
+    """
+
+    own: BoolArray
+    cover: BoolArray
+    colors: FloatArray
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Painting:
     """A surface of V vertices and F faces while it is being colored. Each step returns a new one.
@@ -87,6 +106,9 @@ class Painting:
         Expected colors of the others.
     paint : FacePaint, optional
         Colors of the face that the photo does not show.
+    kept : (V,), optional
+        Share of the trust in the photo that is left: the photo may show hair in front of a cheek.
+    head_look : HeadLook, optional
     evidence : BackEvidence, optional
         What labels and continuation use; None: nothing is continued.
     materials : Materials, optional
@@ -116,6 +138,8 @@ class Painting:
     colors: FloatArray
     expected: FloatArray
     paint: FacePaint | None = None
+    kept: FloatArray | None = None
+    head_look: HeadLook | None = None
     evidence: BackEvidence | None = None
     materials: Materials | None = None
     continued: Continuation | None = None

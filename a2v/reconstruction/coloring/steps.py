@@ -12,6 +12,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.reconstruction.coloring.atlas import PaddedAtlas, make_atlas, padded_layout
 from a2v.reconstruction.coloring.bake import bake
+from a2v.reconstruction.coloring.completing import complete_head, paint_head
 from a2v.reconstruction.coloring.continuing import (
     bare_crossed_arms,
     continue_materials,
@@ -51,6 +52,7 @@ STEPS: tuple[ColoringStep, ...] = (
     replace_strangers,
     tint_hidden_hands,
     mirror_head,
+    complete_head,
     gather_evidence,
     pair_sides,
     bare_crossed_arms,
@@ -63,6 +65,7 @@ STEPS: tuple[ColoringStep, ...] = (
     wear_gloves,
     even,
     comb,
+    paint_head,
 )
 """What colors a surface, in this order, between the projection of the photo and the texture."""
 

@@ -55,6 +55,12 @@ HIP_JOINTS = ("upperleg01.L", "upperleg01.R")
 """Bones of Anny whose heads are the hip joints."""
 SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
 """Turns about the vertical, degrees."""
+HEAD_TURNS = (0, 35, 90, 145, 180)
+"""Turns from which heads are compared, degrees."""
+HEAD_HEIGHT = 0.3
+"""Height of the pictures of heads below the top of the truth, meters."""
+_MARGIN = 1.15
+"""Side of a picture, in lengths of what it frames."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +187,8 @@ def compare_moved(
 ) -> dict[str, dict[str, float]]:
     """Scores by pose, the first ones of `POSES`: Chamfer distance and 99 % quantile of the
     distances (cm), torn area (%), PSNR (dB) and SSIM, means of four sides. In T-pose also the share
-    of the surface with another part's color (%), and the scores of `_same_size`.
+    of the surface with another part's color (%), the differences of the head's colors, and the
+    scores of `_same_size`.
     """
     values = {}
     for pose, name in enumerate(POSES[: len(moved.vertices)]):
@@ -194,6 +201,7 @@ def compare_moved(
         if name == T_POSE:
             made = moved.surface(pose)
             values[name]["other"] = _other_colors(true, made, outer_faces(made), settings)
+            values[name] |= head_differences(true, made, settings)
             values[name] |= _same_size(case, moved, pose, settings)
     return values
 
@@ -272,14 +280,15 @@ class TrueLook:
         Around which pictures are framed, meters.
     points, colors : (N, 3)
         Places on its surface, meters, and their colors, CIELAB.
-    pictures : sequence of colors (size, size, 3) and mask (size, size) bool
-        From each of `SIDES`.
+    pictures, heads : sequence of colors (size, size, 3) and mask (size, size) bool
+        From each of `SIDES`, and of the head from each of `HEAD_TURNS`.
     """
 
     vertices: FloatArray
     points: FloatArray
     colors: FloatArray
     pictures: Sequence[tuple[FloatArray, BoolArray]]
+    heads: Sequence[tuple[FloatArray, BoolArray]]
 
     @classmethod
     def of(cls, case: MovedCase, pose: int, settings: MovedSettings) -> TrueLook:
@@ -288,16 +297,19 @@ class TrueLook:
         true = dataclasses.replace(case.surface, vertices=vertices)
         points, colors = colored_points(true, case.outer, settings.points, settings.seed + 1)
         pictures = [_seen(true, vertices, turn, settings.size) for turn in SIDES.values()]
-        return cls(vertices, points, colors, pictures)
+        around = _around_head(vertices)
+        heads = [_seen(true, around, float(turn), settings.size) for turn in HEAD_TURNS]
+        return cls(vertices, points, colors, pictures, heads)
 
 
 def color_scores(
     true: TrueLook, made: Surface, outer: IntArray, settings: MovedSettings
 ) -> dict[str, float]:
-    """Other part's color (%), PSNR (dB) and SSIM of a character in the pose of the truth; `outer`
-    (n,) are its faces that are visible from outside (`outer_faces`)."""
+    """Other part's color (%), difference of the head, PSNR (dB) and SSIM of a character in the pose
+    of the truth; `outer` (n,) are its faces that are visible from outside (`outer_faces`)."""
     other = _other_colors(true, made, outer, settings)
-    return {"other": other} | _pictures(true, made, settings)
+    head = head_differences(true, made, settings)["head"]
+    return {"other": other, "head": head} | _pictures(true, made, settings)
 
 
 def _other_colors(true: TrueLook, made: Surface, outer: IntArray, settings: MovedSettings) -> float:
@@ -375,13 +387,35 @@ def _pictures(true: TrueLook, made: Surface, settings: MovedSettings) -> dict[st
     return {"psnr": float(psnr), "ssim": float(ssim)}
 
 
+def head_differences(true: TrueLook, made: Surface, settings: MovedSettings) -> dict[str, float]:
+    """Mean CIELAB difference (CIE 1976) between a character's head in the pose of the truth and the
+    truth's where both are seen, by `HEAD_TURNS` ("head_35"), and its mean ("head"); unlit."""
+    import cv2
+
+    framed, found = _around_head(true.vertices), {}
+    for turn, (colors, there) in zip(HEAD_TURNS, true.heads, strict=True):
+        own, here = _seen(made, framed, float(turn), settings.size)
+        labs = [cv2.cvtColor(np.float32(one), cv2.COLOR_RGB2LAB) for one in (own, colors)]
+        away = np.linalg.norm(labs[0] - labs[1], axis=-1)
+        found[f"head_{turn}"] = float(away[here & there].mean())
+    return {"head": float(np.mean(list(found.values()))), **found}
+
+
+def _around_head(vertices: FloatArray) -> FloatArray:
+    """Two opposite corners (2, 3) of the box that frames the head of a standing person (V, 3)."""
+    top = float(vertices[:, 1].max())
+    high = vertices[vertices[:, 1] > top - HEAD_HEIGHT / 2]
+    middle = np.array([high[:, 0].mean(), top - HEAD_HEIGHT / 2, high[:, 2].mean()])
+    return np.asarray(middle + HEAD_HEIGHT / 2 / _MARGIN * np.array([[-1.0, -1, -1], [1, 1, 1]]))
+
+
 def _seen(
     surface: Surface, framed: FloatArray, turn: float, size: int
 ) -> tuple[FloatArray, BoolArray]:
     """A surface's colors (size, size, 3) and mask from a side, in the square around `framed` (V,
     3)."""
     middle = (framed.min(axis=0) + framed.max(axis=0)) / 2
-    extent = 1.15 * float(np.ptp(framed, axis=0).max())
+    extent = _MARGIN * float(np.ptp(framed, axis=0).max())
     angle = np.radians(-turn)
     rotation = np.array(
         [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]

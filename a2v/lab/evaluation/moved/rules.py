@@ -32,8 +32,15 @@ from a2v.reconstruction.reading import ReadingSettings, Source, read_photo
 from a2v.reconstruction.rules import BAKING, READING
 from a2v.types import IntArray, Reconstruction, Surface
 
-METRICS: Mapping[str, str] = {"other": "other part's color %", "psnr": "PSNR dB", "ssim": "SSIM"}
+METRICS: Mapping[str, str] = {
+    "other": "other part's color %",
+    "head": "head ΔE",
+    "psnr": "PSNR dB",
+    "ssim": "SSIM",
+}
 """What is compared, in the T-pose."""
+_LESS = ("other", "head")
+"""Metrics of which less is better."""
 CHANGED = 10 / 255
 """A vertex is changed if a channel of its color differs by more than this."""
 _SEEDED = "continue_materials"
@@ -256,10 +263,10 @@ def rules_table(trials: Sequence[Trial], rules: Mapping[str, str]) -> str:
         effects = [effect_of(trials, rule, metric) for metric in METRICS]
         cells = [
             f"{one.mean:+.{digits}f} ± {one.half:.{digits}f}"
-            for digits, one in zip((2, 2, 3), effects, strict=True)
+            for digits, one in zip((2, 2, 2, 3), effects, strict=True)
         ]
         signs = {
-            (one.mean < 0) == (metric == "other")
+            (one.mean < 0) == (metric in _LESS)
             for metric, one in zip(METRICS, effects, strict=True)
             if one.clear
         }

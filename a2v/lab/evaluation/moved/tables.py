@@ -18,6 +18,7 @@ COLUMNS: Mapping[str, tuple[str, str, int]] = {
     "within": ("99 % within cm↓", "within", 1),
     "torn": ("Torn %↓", "torn", 2),
     "other": ("Other part's color %↓", "other", 2),
+    "head": ("Head ΔE↓", "head", 2),
     "sized_chamfer": ("Chamfer, sizes equal, cm↓", "sized_chamfer", 2),
     "sized_within": ("99 % within, sizes equal, cm↓", "sized_within", 1),
     "size": ("Size %", "size", 1),

@@ -1,0 +1,213 @@
+"""Complete heads by a network in the head chart: which observed colors are right, and what the
+unseen places look like.
+
+The network is trained on the studio's heads (`a2v.lab.heads`). Card: a2v/weights/README.md.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.head_chart import (
+    HEIGHT,
+    WIDTH,
+    head_cells,
+    model_vertices,
+    sample_chart,
+)
+from a2v.geometry.images import sample_image
+from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.coloring.painting import HeadLook, Painting
+from a2v.sessions import WEIGHTS, open_session, read_metadata
+from a2v.types import BoolArray, FloatArray
+
+FORMAT = "a2v-heads/1"
+FILE = WEIGHTS / "person_heads.onnx"
+CHANNELS = 9
+"""Channels of the network's input: color (3), trust, offset, whether the cell is on the head, and
+its direction (3)."""
+OUTPUTS = 10
+"""Channels of its output: outermost (3) and skin (3) color, logits of cover and of keeping a color
+for both, offset."""
+OFFSET = 0.05
+"""Unit of offsets, meters."""
+_KEEP = (0.3, 0.7)
+"""Probabilities that an observed color is right between which the trust in it rises."""
+_NEAR = 0.03
+"""Distance over which the difference of photo and network is carried from a kept place, meters."""
+_UNLIKE = 0.1
+"""Scale of the distance of colors beyond which they are not of the same material, sRGB."""
+_NEIGHBORS = 60
+_FADE = 0.1
+"""Weight of the usual difference, which holds far from all kept places."""
+
+
+@dataclass(frozen=True, eq=False)
+class CompletedHead:
+    """What the network says of the cells of the chart.
+
+    Attributes
+    ----------
+    outer, skin : (H, W, 3)
+        Color of what lies outermost, and of the skin below it, sRGB.
+    cover : (H, W)
+        Probability that hair, a hat or cloth lies on the skin.
+    keep, keep_skin : (H, W)
+        Probability that the observed color is that of the outermost, or of the skin.
+    offset : (H, W)
+        Distance of the outermost from the skin, meters.
+    """
+
+    outer: FloatArray
+    skin: FloatArray
+    cover: FloatArray
+    keep: FloatArray
+    keep_skin: FloatArray
+    offset: FloatArray
+
+
+def inputs_of(
+    colors: FloatArray, trust: FloatArray, offset: FloatArray, valid: BoolArray
+) -> FloatArray:
+    """The network's input (`CHANNELS`, H, W) float32.
+
+    Parameters
+    ----------
+    colors : (H, W, 3)
+        Of the photo at the cells, sRGB in [0, 1].
+    trust : (H, W)
+        Reliability of these colors, from 0 to 1.
+    offset : (H, W)
+        Distance of the surface from the body's skin, meters.
+    valid : (H, W) bool
+        Cells on head or neck.
+    """
+    row, column = np.mgrid[:HEIGHT, :WIDTH]
+    azimuth = ((column + 0.5) / WIDTH - 0.5) * 2 * np.pi
+    direction = [np.sin(azimuth), np.cos(azimuth), (row + 0.5) / HEIGHT - 0.5]
+    seen = (colors - 0.5) * trust[..., None]
+    rest = np.stack([trust, offset / OFFSET, valid, *direction])
+    return np.asarray(np.concatenate([seen.transpose(2, 0, 1), rest]), np.float32)
+
+
+def completed(chart: FloatArray) -> CompletedHead:
+    """Complete a chart (`CHANNELS`, H, W): the mean over it and its mirror image.
+
+    Raises
+    ------
+    InputError
+        The file of the weights is not a network of heads.
+    """
+    read_metadata(FILE, (FORMAT,), "network of heads")
+    mirrored = chart[:, :, ::-1].copy()
+    mirrored[6] *= -1  # the sine of the azimuth
+    (found,) = open_session(FILE).run(["completed"], {"chart": np.stack([chart, mirrored])})
+    found = (found[0] + found[1, :, :, ::-1]) / 2
+    keep = 1 / (1 + np.exp(-found[6:9].astype(np.float64)))
+    colors = np.clip(found[:6], 0, 1).transpose(1, 2, 0)
+    return CompletedHead(
+        outer=colors[..., :3],
+        skin=colors[..., 3:],
+        cover=keep[0],
+        keep=keep[1],
+        keep_skin=keep[2],
+        offset=found[9] * OFFSET,
+    )
+
+
+def observed_chart(painting: Painting) -> FloatArray:
+    """The network's input for a canonical person."""
+    canvas, photo, cells = painting.canvas, painting.photo, head_cells()
+    assert canvas is not None
+    assert canvas.head is not None
+    own = slice(0, model_vertices())
+    points = cells.spread(painting.vertices[own]).reshape(-1, 3)
+    normals = cells.spread(painting.normals[own]).reshape(-1, 3)
+    strongest = np.take_along_axis(
+        cells.corners, cells.weights.argmax(axis=2)[..., None], axis=2
+    ).ravel()
+    trust = photo.trust(points, normals, canvas.owners[strongest]).reshape(HEIGHT, WIDTH)
+    trust = trust * cells.valid
+    colors = sample_image(photo.clean, photo.camera.project(points)).reshape(HEIGHT, WIDTH, 3)
+    away = cells.spread(canvas.rest[own] - canvas.head.bare)
+    offset = np.linalg.norm(away, axis=-1) * cells.valid
+    return inputs_of(np.clip(colors, 0, 1), trust, offset, cells.valid)
+
+
+def complete_head(painting: Painting) -> Painting:
+    """Expect on head and neck what a network completes, and keep only the colors of the photo that
+    are of what lies there."""
+    canvas = painting.canvas
+    if canvas is None or canvas.head is None:
+        return painting
+    found = completed(observed_chart(painting))
+    vertices = np.flatnonzero(canvas.head.skin & ~painting.mouth)
+    places, skin = canvas.head.places[vertices], canvas.head.covered[vertices]
+    shares = np.stack([found.cover, found.keep, found.keep_skin], axis=-1)
+    outer, below, shares = (
+        sample_chart(chart, places) for chart in (found.outer, found.skin, shares)
+    )
+    cover = ~skin & (shares[:, 0] > 0.5)
+    # what covers a neck is mostly a collar, which garments continue
+    asked = painting.on("head")[vertices] | ~cover
+    vertices, skin, cover, shares = vertices[asked], skin[asked], cover[asked], shares[asked]
+    colors = np.where(skin[:, None], below[asked], outer[asked])
+    own, covered, kept = (np.zeros(len(painting.known), kind) for kind in (bool, bool, float))
+    own[vertices], covered[vertices], kept[:] = True, cover, 1.0
+    kept[vertices] = smoothstep(np.where(skin, shares[:, 2], shares[:, 1]), *_KEEP)
+    # what another photo shows is known
+    known = painting.known & ((kept > 0.5) | ~painting.main)
+    expected = painting.expected.copy()
+    expected[vertices] = _matched(painting, vertices, known, covered, colors)
+    head = HeadLook(own=own, cover=covered, colors=expected)
+    return dataclasses.replace(
+        painting,
+        known=known,
+        main=painting.main & known,
+        kept=kept,
+        expected=expected,
+        head_look=head,
+    )
+
+
+def paint_head(painting: Painting) -> Painting:
+    """Give hidden places of head and neck what the network completes."""
+    look = painting.head_look
+    if look is None:
+        return painting
+    hidden, colors = look.own & ~painting.known, painting.colors.copy()
+    colors[hidden] = look.colors[hidden]
+    return dataclasses.replace(painting, colors=colors)
+
+
+def _matched(
+    painting: Painting,
+    vertices: np.ndarray,
+    known: BoolArray,
+    covered: BoolArray,
+    colors: FloatArray,
+) -> FloatArray:
+    """The completed `colors` (n, 3) of `vertices` (n,) in the tone of the photo: the difference at
+    kept places, separately for skin and for what covers it, fades out behind them."""
+    from scipy.spatial import cKDTree
+
+    assert painting.canvas is not None
+    rest, result = painting.canvas.rest, colors.copy()
+    for kind in (False, True):
+        own = covered[vertices] == kind
+        shown = own & known[vertices]
+        if shown.sum() < _NEIGHBORS:
+            continue
+        differ = painting.colors[vertices[shown]] - colors[shown]
+        sure = np.exp(-0.5 * (np.linalg.norm(differ, axis=1) / _UNLIKE) ** 2)
+        tree = cKDTree(rest[vertices[shown]])
+        away, near = tree.query(rest[vertices[own]], k=_NEIGHBORS, workers=1)
+        alike = np.linalg.norm(colors[own][:, None] - colors[shown][near], axis=2)
+        weight = np.exp(-0.5 * ((away / _NEAR) ** 2 + (alike / _UNLIKE) ** 2)) * sure[near]
+        usual = (sure[:, None] * differ).sum(axis=0) / sure.sum()
+        carried = np.einsum("nk,nkc->nc", weight, differ[near]) + _FADE * usual
+        result[own] = colors[own] + carried / (weight.sum(axis=1, keepdims=True) + _FADE)
+    return np.clip(result, 0, 1)

@@ -85,11 +85,6 @@ class Continuation:
     _detail: FloatArray
     _scale: float
 
-    @property
-    def patterned(self) -> bool:
-        """Whether what covers the head is a hat with a pattern."""
-        return self.contrast > PATTERNED
-
     def on_vertices(self) -> FloatArray:
         """Detail (V, 3) of each vertex, averaged over its patch; 0 for vertices that continue
         nothing."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from a2v.body.face import teeth
 from a2v.body.head_chart import PARTS as HEAD
-from a2v.body.head_chart import chart_places
+from a2v.body.head_chart import chart_places, head_cells, sample_chart
 from a2v.body.parts import PARTS, on_parts
 from a2v.body.registry import load_body_model
 from a2v.body.spots import rest_vertices, spots_of
@@ -30,7 +30,21 @@ from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
 from a2v.reconstruction.coloring.canvas import BodyLayers, Canvas, CanvasHead, part_agreement
 from a2v.reconstruction.coloring.other_photos import OtherPhoto
 from a2v.reconstruction.reading import Reading
-from a2v.types import Body, Camera, FloatArray, Progress, Reconstruction, Subject, Surface
+from a2v.types import (
+    Body,
+    BoolArray,
+    Camera,
+    FloatArray,
+    Progress,
+    Reconstruction,
+    Subject,
+    Surface,
+)
+
+_FOLDED = 0.008
+"""Distance from what the head chart shows beyond which a vertex lies in a fold, meters."""
+_UNDER = 0.025
+"""Distance of skin from the layer of long hair up to which the layer covers it, meters."""
 
 
 def canvas_of(
@@ -70,27 +84,35 @@ def canvas_of(
 
 def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
     """The head of a person whose body under the clothes is `body`."""
+    from scipy.spatial import cKDTree
+
     assert surface.standing is not None
     mesh, parts = topology(), np.asarray(surface.standing.parts, np.int64)
     own = len(mesh.twin)
-    skin, covered = np.zeros(len(parts), bool), np.zeros(len(parts), bool)
-    skin[:own] = mesh.skin & on_parts(parts[:own], *HEAD)
+    outermost, covered = np.zeros(len(parts), bool), np.zeros(len(parts), bool)
+    outermost[:own] = mesh.skin & on_parts(parts[:own], *HEAD) & _head_places()[1]
     if hairy:
-        rest = surface.standing.vertices[:own].astype(np.float64)
-        covered[:own] = under_hair(rest, parts[:own], ray_normals(rest, mesh.faces))
+        rest = surface.standing.vertices.astype(np.float64)
+        low = under_hair(rest[:own], parts[:own], ray_normals(rest[:own], mesh.faces))
+        strands = rest[own:][parts[own:] == PARTS.index("head")]
+        away = cKDTree(strands).query(rest[:own], distance_upper_bound=_UNDER, workers=1)[0]
+        covered[:own] = low & np.isfinite(away)
     places = np.zeros((len(parts), 2))
-    places[:own] = _head_places()
-    return CanvasHead(places, skin, covered, rest_vertices(body))
+    places[:own] = _head_places()[0]
+    return CanvasHead(places, outermost, covered, rest_vertices(body))
 
 
 @functools.cache
-def _head_places() -> FloatArray:
-    """Places (V, 2) in the head chart of the vertices of `topology`."""
+def _head_places() -> tuple[FloatArray, BoolArray]:
+    """Places (V, 2) in the head chart of the vertices of `topology`, and which the chart shows."""
     import torch
 
-    model = load_body_model("anny")
+    model, cells = load_body_model("anny"), head_cells()
     default = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
-    return chart_places(topology().refined(np.concatenate([default, teeth().vertices])))
+    rest = topology().refined(np.concatenate([default, teeth().vertices]))
+    places = chart_places(rest)
+    shown = sample_chart(cells.spread(default), places)
+    return places, np.linalg.norm(shown - rest, axis=1) < _FOLDED
 
 
 def canonical_painting(

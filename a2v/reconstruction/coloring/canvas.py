@@ -71,8 +71,9 @@ class CanvasHead:
     ----------
     places : (V, 2) float64
         Places of its vertices in the head chart (`a2v.body.head_chart`).
-    skin : (V,) bool
-        Vertices of the outer skin of head and neck, without layers, eyes and teeth.
+    outermost : (V,) bool
+        Vertices of head and neck that the chart shows: without layers, eyes, teeth, and the inside
+        of mouth, nose and ears.
     covered : (V,) bool
         Those under the layer of long hair.
     bare : (A, 3) float64
@@ -81,7 +82,7 @@ class CanvasHead:
     """
 
     places: FloatArray
-    skin: BoolArray
+    outermost: BoolArray
     covered: BoolArray
     bare: FloatArray
 

@@ -144,7 +144,7 @@ def complete_head(painting: Painting) -> Painting:
     if canvas is None or canvas.head is None:
         return painting
     found = completed(observed_chart(painting))
-    vertices = np.flatnonzero(canvas.head.skin & ~painting.mouth)
+    vertices = np.flatnonzero(canvas.head.outermost & ~painting.mouth)
     places, skin = canvas.head.places[vertices], canvas.head.covered[vertices]
     shares = np.stack([found.cover, found.keep, found.keep_skin], axis=-1)
     outer, below, shares = (
@@ -174,11 +174,11 @@ def complete_head(painting: Painting) -> Painting:
 
 
 def paint_head(painting: Painting) -> Painting:
-    """Give hidden places of head and neck what the network completes."""
+    """Give hidden skin of head and neck the colors that the network completes."""
     look = painting.head_look
     if look is None:
         return painting
-    hidden, colors = look.own & ~painting.known, painting.colors.copy()
+    hidden, colors = look.own & ~look.cover & ~painting.known, painting.colors.copy()
     colors[hidden] = look.colors[hidden]
     return dataclasses.replace(painting, colors=colors)
 

@@ -10,7 +10,6 @@ from a2v.reconstruction.coloring.expected import (
     mirrored_prior,
 )
 from a2v.reconstruction.coloring.nearest import nearest_known
-from a2v.reconstruction.coloring.other_half import lent_to
 from a2v.reconstruction.coloring.other_photos import on_vertices
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.shading import photo_without_shading
@@ -114,12 +113,3 @@ def tint_hidden_hands(painting: Painting) -> Painting:
     expected = painting.expected.copy()
     expected[painting.hidden_hands] = painting.canvas.hands
     return dataclasses.replace(painting, expected=expected)
-
-
-def mirror_head(painting: Painting) -> Painting:
-    """Expect on the hidden half of a head the colors of the visible one."""
-    if painting.canvas is None:
-        return painting
-    lent, expected = lent_to(painting.canvas, painting.known), painting.expected.copy()
-    expected[lent] = painting.colors[painting.canvas.twin[lent]]
-    return dataclasses.replace(painting, lent=lent, expected=expected)

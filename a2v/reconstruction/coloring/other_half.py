@@ -8,7 +8,6 @@ from a2v.body.parts import on_parts
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import within
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.coloring.canvas import Canvas
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.types import BoolArray, FloatArray, IntArray
 
@@ -16,12 +15,6 @@ HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
 """Ratios of how directly a place and its mirror image face the camera. Below the first ratio the
 place takes the colors of its mirror image, above the second its own."""
-
-
-def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
-    """Return which vertices (V,) of head and neck are not `known` (V,) while their mirror images
-    are."""
-    return np.asarray(on_parts(canvas.parts, *HEAD) & ~known & known[canvas.twin])
 
 
 def of_other_half(

@@ -98,8 +98,6 @@ class Painting:
         Vertices that the main photo shows well.
     mouth : (V,) bool
         The inside of the mouth, which has given colors and is no evidence for the cheeks.
-    lent : (V,) bool
-        Hidden vertices of the head with the color of their mirror image.
     colors : (V, 3)
         sRGB: of the photos at `known` vertices; from `solve` on of all.
     expected : (V, 3)
@@ -134,7 +132,6 @@ class Painting:
     known: BoolArray
     main: BoolArray
     mouth: BoolArray
-    lent: BoolArray
     colors: FloatArray
     expected: FloatArray
     paint: FacePaint | None = None
@@ -198,7 +195,6 @@ class Painting:
             known=known,
             main=known,
             mouth=nowhere,
-            lent=nowhere,
             colors=colors,
             expected=colors,
         )

@@ -72,14 +72,8 @@ def even(painting: Painting) -> Painting:
     canvas, continued = painting.canvas, painting.continued
     if canvas is None or continued is None:
         return painting
-    colors = even_tones(
-        painting.colors,
-        painting.known & ~painting.mouth,
-        painting.known | painting.lent,
-        labels=continued.labels,
-        bare=painting.on(*HEAD, *(() if canvas.gloved else HANDS)),
-        patterned=continued.patterned,
-    )
+    bare = painting.on(*HEAD, *(() if canvas.gloved else HANDS))
+    colors = even_tones(painting.colors, painting.known & ~painting.mouth, continued.labels, bare)
     return dataclasses.replace(painting, colors=colors)
 
 

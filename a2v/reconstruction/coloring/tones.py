@@ -41,39 +41,28 @@ def given_or_close(
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-def even_tones(
-    base: FloatArray,
-    known: BoolArray,
-    told: BoolArray,
-    *,
-    labels: IntArray,
-    bare: BoolArray,
-    patterned: bool = False,
-) -> FloatArray:
+def even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
     """Shift unseen hair, and unseen skin on `bare` (V,) parts, to the tone of the visible vertices.
 
     Networks often predict another tone. The visible tone is the median over the `known` (V,)
     vertices. For skin only their lighter half counts, because hair and chin cast shadows on the
-    rest. Vertices in `told` (V,) keep their colors. If what covers the head is `patterned`, its
-    tone is the mean over all its visible vertices.
+    rest.
     """
     from skimage.color import lab2rgb, rgb2lab
 
     result, skin = base.copy(), None
-    for kind, own in ((SKIN, (labels == SKIN) & bare), (HAIR, labels == HAIR)):
-        if (own & known).sum() < _TONED or not (own & ~told).any():
+    for own in ((labels == SKIN) & bare, labels == HAIR):
+        if (own & known).sum() < _TONED or not (own & ~known).any():
             continue
         seen = rgb2lab(np.clip(base[own & known], 0, 1))
-        if kind == HAIR and patterned:
-            seen = seen.mean(axis=0, keepdims=True)  # the median is the color of one stripe
-        elif skin is not None:  # at its border hair is mixed with skin
+        if skin is not None:  # at its border hair is mixed with skin
             away = np.linalg.norm(seen - skin, axis=1)
             seen = seen[away >= np.median(away)]
         else:
             seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
         tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
-        result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
+        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
+        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
     return result
 
 

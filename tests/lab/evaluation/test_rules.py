@@ -20,7 +20,7 @@ PLAIN = {"a": 1.0, "b": 3.0}
 
 
 def scores(other: float) -> dict[str, float]:
-    return {"other": other, "psnr": 20.0, "ssim": 0.5}
+    return {"other": other, "head": 9.0, "psnr": 20.0, "ssim": 0.5}
 
 
 def trials() -> list[Trial]:

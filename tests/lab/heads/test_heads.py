@@ -46,7 +46,7 @@ def test_hair_lies_on_the_scalp_and_the_face_is_skin(charts: HeadCharts) -> None
     # the same skin below the hair
     differ = charts.skin[0].astype(int) - charts.skin[1]
     assert (np.abs(differ) > 3).mean() < 1e-3
-    away = np.linalg.norm(charts.outer - charts.under, axis=-1, dtype=np.float32)
+    away = np.linalg.norm((charts.outer - charts.under).astype(np.float32), axis=-1)
     assert away[0][top].mean() > away[1][top].mean() + 0.003
 
 

@@ -1,0 +1,102 @@
+"""Heads that are completed by a network in the head chart."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from a2v.body.head_chart import HEIGHT, WIDTH, head_cells
+from a2v.reconstruction import ColorSettings
+from a2v.reconstruction.canonical import Sight
+from a2v.reconstruction.canonical.coloring import canonical_painting
+from a2v.reconstruction.coloring.completing import (
+    CHANNELS,
+    complete_head,
+    completed,
+    observed_chart,
+    paint_head,
+)
+from a2v.reconstruction.coloring.painting import Painting
+from a2v.reconstruction.palettes import lab_of
+from a2v.samples import load_ready_person
+from a2v.types import BoolArray, Reconstruction
+
+SETTINGS = ColorSettings(texture=256)
+TINT = np.array([0.1, 0.75, 0.2])
+
+
+@functools.cache
+def plain() -> Painting:
+    """The person of the sample before any step."""
+    ready = load_ready_person()
+    person = Reconstruction(surface=ready.colored_surface, backend="pifu")
+    sight = Sight(ready.subject, ready.body, ready.photo_camera, person)
+    return canonical_painting(person, [sight], SETTINGS)
+
+
+def back_of_head(painting: Painting) -> BoolArray:
+    """Hidden vertices on the back of the scalp, above the nape."""
+    assert painting.canvas is not None
+    assert painting.canvas.head is not None
+    rest = painting.canvas.rest
+    own = painting.canvas.head.outermost & painting.on("head")
+    top = rest[own, 1].max()
+    return np.asarray(own & (rest[:, 1] > top - 0.1) & (rest[:, 2] < 0.0) & ~painting.known)
+
+
+def tinted(painting: Painting) -> Painting:
+    """The painting with what the photo shows above the forehead in green."""
+    photo = painting.photo
+    assert photo.subject.face is not None
+    lightness = photo.clean.mean(axis=2, keepdims=True)
+    above = np.arange(len(photo.clean)) < photo.subject.face[10, 1] - 4
+    clean = np.where(above[:, None, None], (0.4 + lightness) * TINT, photo.clean)
+    return painting.reprojected(clean.astype(np.float32))
+
+
+def test_the_chart_shows_the_side_that_the_photo_shows() -> None:
+    chart = observed_chart(plain())
+    assert chart.shape == (CHANNELS, HEIGHT, WIDTH)
+    trust = chart[3]
+    front, back = trust[:, WIDTH // 4 : 3 * WIDTH // 4], trust[:, [*range(16), *range(112, 128)]]
+    assert front[head_cells().valid[:, 32:96]].mean() > 0.3
+    assert back.max() < 0.05
+    found = completed(chart)
+    middle = np.s_[int(0.55 * HEIGHT) : int(0.8 * HEIGHT), 58:70]
+    assert found.cover[middle].mean() < 0.2
+    assert found.cover[: HEIGHT // 4].mean() > 0.8
+
+
+def test_hair_goes_around_in_a_color_that_nobody_had_in_the_training() -> None:
+    own, green = complete_head(plain()), complete_head(tinted(plain()))
+    behind = back_of_head(own)
+    assert behind.sum() > 100
+    assert green.head_look is not None
+    assert green.head_look.cover[behind].mean() > 0.95
+    was, now = (np.median(lab_of(one.expected[behind]), axis=0) for one in (own, green))
+    assert now[1] < was[1] - 15
+    # and the skin of the neck changes less
+    assert own.head_look is not None
+    neck = own.on("neck") & ~own.known & own.head_look.own
+    away = np.median(lab_of(own.expected[neck]) - lab_of(green.expected[neck]), axis=0)
+    assert np.linalg.norm(away) < 0.5 * np.linalg.norm(now - was)
+
+
+def test_only_hidden_places_of_the_head_are_painted() -> None:
+    before = complete_head(plain())
+    after = paint_head(before)
+    assert before.head_look is not None
+    changed = (after.colors != before.colors).any(axis=1)
+    assert changed.any()
+    assert not (changed & (before.known | ~before.head_look.own)).any()
+    assert not before.head_look.own[~(before.on("head", "neck"))].any()
+
+
+def test_what_another_photo_shows_stays_known() -> None:
+    first = plain()
+    behind = back_of_head(first)
+    given = dataclasses.replace(first, known=first.known | behind)
+    assert complete_head(given).known[behind].all()
+    assert not complete_head(first).known[behind].any()

@@ -16,6 +16,7 @@ from a2v.body.registry import load_body_model
 from a2v.body.spots import rest_vertices, spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.ears import ears
 from a2v.reconstruction.canonical.face import PAINTED
 from a2v.reconstruction.canonical.hair import SHARE as HAIR_SHARE
 from a2v.reconstruction.canonical.hair import hair_layout, hair_twins, strand_numbers, under_hair
@@ -89,7 +90,7 @@ def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
     assert surface.standing is not None
     mesh, parts = topology(), np.asarray(surface.standing.parts, np.int64)
     own = len(mesh.twin)
-    outermost, covered = np.zeros(len(parts), bool), np.zeros(len(parts), bool)
+    outermost, covered, free = np.zeros((3, len(parts)), bool)
     outermost[:own] = mesh.skin & on_parts(parts[:own], *HEAD) & _head_places()[1]
     if hairy:
         rest = surface.standing.vertices.astype(np.float64)
@@ -99,7 +100,9 @@ def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
         covered[:own] = low & np.isfinite(away)
     places = np.zeros((len(parts), 2))
     places[:own] = _head_places()[0]
-    return CanvasHead(places, outermost, covered, rest_vertices(body))
+    if surface.provenance.get("covered_ears") is False:
+        free[:own] = mesh.spread(ears().astype(np.float64)) > 0
+    return CanvasHead(places, outermost, covered, free, rest_vertices(body))
 
 
 @functools.cache

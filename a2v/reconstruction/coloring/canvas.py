@@ -76,6 +76,8 @@ class CanvasHead:
         of mouth, nose and ears.
     covered : (V,) bool
         Those under the layer of long hair.
+    ears : (V,) bool
+        Those of ears that the photo shows.
     bare : (A, 3) float64
         The body model's vertices at rest, without clothes and hair, meters; the person's first A
         vertices are the same ones.
@@ -84,6 +86,7 @@ class CanvasHead:
     places: FloatArray
     outermost: BoolArray
     covered: BoolArray
+    ears: BoolArray
     bare: FloatArray
 
 

@@ -145,19 +145,20 @@ def complete_head(painting: Painting) -> Painting:
         return painting
     found = completed(observed_chart(painting))
     vertices = np.flatnonzero(canvas.head.outermost & ~painting.mouth)
-    places, skin = canvas.head.places[vertices], canvas.head.covered[vertices]
+    places, hair = canvas.head.places[vertices], canvas.head.covered[vertices]
     shares = np.stack([found.cover, found.keep, found.keep_skin], axis=-1)
-    outer, below, shares = (
+    outer, skin, shares = (
         sample_chart(chart, places) for chart in (found.outer, found.skin, shares)
     )
-    cover = ~skin & (shares[:, 0] > 0.5)
+    cover = ~(hair | canvas.head.ears[vertices]) & (shares[:, 0] > 0.5)
+    colors = np.where(cover[:, None], outer, skin)
+    keep = smoothstep(np.where(hair, shares[:, 2], shares[:, 1]), *_KEEP)
     # what covers a neck is mostly a collar, which garments continue
     asked = painting.on("head")[vertices] | ~cover
-    vertices, skin, cover, shares = vertices[asked], skin[asked], cover[asked], shares[asked]
-    colors = np.where(skin[:, None], below[asked], outer[asked])
+    vertices, cover, colors, keep = vertices[asked], cover[asked], colors[asked], keep[asked]
     own, covered, kept = (np.zeros(len(painting.known), kind) for kind in (bool, bool, float))
     own[vertices], covered[vertices], kept[:] = True, cover, 1.0
-    kept[vertices] = smoothstep(np.where(skin, shares[:, 2], shares[:, 1]), *_KEEP)
+    kept[vertices] = keep
     # what another photo shows is known
     known = painting.known & ((kept > 0.5) | ~painting.main)
     expected = painting.expected.copy()

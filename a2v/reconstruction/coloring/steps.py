@@ -61,9 +61,9 @@ STEPS: tuple[ColoringStep, ...] = (
     keep_to_palette,
     solve,
     wear_gloves,
+    paint_head,
     even,
     comb,
-    paint_head,
 )
 """What colors a surface, in this order, between the projection of the photo and the texture."""
 

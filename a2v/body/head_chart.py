@@ -14,14 +14,20 @@ from a2v.body.skin import skin_vertices
 from a2v.geometry.rays import RayScene
 from a2v.types import BoolArray, FloatArray, IntArray
 
-HEIGHT, WIDTH = 96, 128
-"""Cells of the chart: elevations and azimuths."""
+HEIGHT = 96
+"""Number of elevations."""
+WIDTH = 128
+"""Number of azimuths."""
 CENTER = np.array([0.0, 0.79, 0.045])
 """Middle of the head of the default body at rest, meters."""
-_TOP, _BOTTOM = np.radians([90.0, -75.0])
+_TOP = np.radians(90.0)
+"""Largest elevation, radians."""
+_BOTTOM = np.radians(-75.0)
+"""Smallest elevation, on the neck, radians."""
 _OUTSIDE = 0.5
 """Distance from the middle at which rays begin, meters."""
 PARTS = ("head", "neck")
+"""Parts that the chart shows."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from a2v.reconstruction.coloring.completing import (
     paint_head,
 )
 from a2v.reconstruction.coloring.painting import Painting
+from a2v.reconstruction.coloring.steps import STEPS
 from a2v.reconstruction.palettes import lab_of
 from a2v.samples import load_ready_person
 from a2v.types import BoolArray, Reconstruction
@@ -99,3 +100,12 @@ def test_what_another_photo_shows_stays_known() -> None:
     given = dataclasses.replace(first, known=first.known | behind)
     assert complete_head(given).known[behind].all()
     assert not complete_head(first).known[behind].any()
+
+
+def test_the_inside_of_the_mouth_keeps_its_color() -> None:
+    painting = plain()
+    for step in STEPS:
+        painting = step(painting)
+    assert painting.paint is not None
+    inner = painting.paint.inner
+    np.testing.assert_array_equal(painting.colors[inner], painting.paint.colors)

@@ -24,9 +24,10 @@ from a2v.types import BoolArray, FloatArray, IntArray, Progress
 
 NOTHING, SKIN, HAIR, HAT = range(4)
 """Kinds of a cell."""
-_REACH, _UNDER = 0.14, 0.03
-"""Distance from the skin at which rays begin, and below chin and jaw, where they would begin in the
-chest, meters."""
+_REACH = 0.14
+"""Distance from the skin at which rays begin, meters."""
+_UNDER = 0.03
+"""The same below chin and jaw, where they would begin in the chest, meters."""
 _DOWN = -0.35
 """y of the normals below which the second holds."""
 _DEEP = 0.04

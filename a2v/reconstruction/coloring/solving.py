@@ -73,7 +73,8 @@ def even(painting: Painting) -> Painting:
     if canvas is None or continued is None:
         return painting
     bare = painting.on(*HEAD, *(() if canvas.gloved else HANDS))
-    colors = even_tones(painting.colors, painting.known & ~painting.mouth, continued.labels, bare)
+    shown = painting.known & ~painting.mouth
+    colors = even_tones(painting.colors, shown, ~painting.known, continued.labels, bare)
     return dataclasses.replace(painting, colors=colors)
 
 

@@ -41,28 +41,30 @@ def given_or_close(
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-def even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
-    """Shift unseen hair, and unseen skin on `bare` (V,) parts, to the tone of the visible vertices.
+def even_tones(
+    base: FloatArray, shown: BoolArray, hidden: BoolArray, labels: IntArray, bare: BoolArray
+) -> FloatArray:
+    """Shift `hidden` (V,) hair, and hidden skin on `bare` (V,) parts, to the tone of what is
+    `shown` (V,) of it.
 
-    Networks often predict another tone. The visible tone is the median over the `known` (V,)
-    vertices. For skin only their lighter half counts, because hair and chin cast shadows on the
-    rest.
+    Networks often predict another tone. The visible tone is the median. For skin only the lighter
+    half counts, because hair and chin cast shadows on the rest.
     """
     from skimage.color import lab2rgb, rgb2lab
 
     result, skin = base.copy(), None
     for own in ((labels == SKIN) & bare, labels == HAIR):
-        if (own & known).sum() < _TONED or not (own & ~known).any():
+        if (own & shown).sum() < _TONED or not (own & hidden).any():
             continue
-        seen = rgb2lab(np.clip(base[own & known], 0, 1))
+        seen = rgb2lab(np.clip(base[own & shown], 0, 1))
         if skin is not None:  # at its border hair is mixed with skin
             away = np.linalg.norm(seen - skin, axis=1)
             seen = seen[away >= np.median(away)]
         else:
             seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
         tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
-        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
+        lab = rgb2lab(np.clip(base[own & hidden], 0, 1))
+        result[own & hidden] = lab2rgb(lab + TONE * (tone - lab))
     return result
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from a2v.body.head_chart import HEIGHT, WIDTH
 from a2v.geometry.images import nearest_known
 from a2v.geometry.steps import smoothstep
+from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.heads.charts import HAIR, HAT, NOTHING, SKIN, HeadCharts
 from a2v.reconstruction.coloring.completing import inputs_of
@@ -71,7 +72,6 @@ class HeadImitator:
         for number in np.flatnonzero(charts.sources == 0):
             self.kinds[number] = with_painted_hair(self.lab[number], self.kinds[number])
             self.bare[number] &= self.kinds[number] == SKIN
-        # MakeHuman's people have a skin below their hair; the avatars are as many looks
         self.sources = charts.sources
         self.valid = charts.kinds.reshape(len(charts.kinds), -1, charts.kinds.shape[-1]).any(axis=0)
 
@@ -129,7 +129,7 @@ class HeadImitator:
         grown = np.ones(hair.shape)
         grown[hair] = float(np.exp(generator.normal(0, 0.35)))
         outer = under + away * grown[..., None]
-        way = _unit(under - np.array([0.0, -0.02, 0.0]))
+        way = unit(under - np.array([0.0, -0.02, 0.0]))
         if generator.random() < 0.2:
             thick = _smooth(generator, 6, 1.0) * 0.01 + generator.uniform(0, 0.07)
             outer = outer + (_softened(hair) * np.maximum(thick, 0))[..., None] * way
@@ -248,7 +248,7 @@ def _photograph(
 ) -> tuple[FloatArray, BoolArray, float]:
     """Imitate a photo: its clean colors (S, S, 3), its mask, and its blur in pixels."""
     normals = _normals(outer)
-    light = _unit(generator.normal([0, 0.6, 0.8], 1))
+    light = unit(generator.normal([0, 0.6, 0.8], 1))
     shade = 1 + generator.uniform(0, 0.3) * (normals @ light) + 0.08 * _smooth(generator, 5, 1.0)
     if generator.random() < 0.4:
         shade = shade * (1 - generator.uniform(0, 0.4) * (_smooth(generator, 6, 1.0) > 0.8))
@@ -367,11 +367,7 @@ def _normals(points: FloatArray) -> FloatArray:
     """Unit normals (H, W, 3), outward, of a chart of places."""
     around = np.roll(points, -1, axis=1) - np.roll(points, 1, axis=1)
     down = np.gradient(points, axis=0)
-    return _unit(np.cross(down, around))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
+    return unit(np.cross(down, around))
 
 
 def _smooth(generator: np.random.Generator, cells: int, size: float) -> FloatArray:

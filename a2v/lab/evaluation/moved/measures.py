@@ -4,21 +4,27 @@ other parts, pictures from four sides."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.animation import deform
 from a2v.geometry.colors import linear_to_srgb
-from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase
 from a2v.lab.evaluation.moved.limbs import TruthPose, limb_turns
+from a2v.lab.evaluation.moved.pictures import (
+    Picture,
+    head_differences,
+    heads_of,
+    picture_scores,
+    pictures_of,
+)
 from a2v.lab.evaluation.reconstruction.alignment import Scan, align
-from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
-from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surface
+from a2v.lab.evaluation.reconstruction.maps import camera_of_crop
+from a2v.lab.evaluation.reconstruction.measures import sample_surface
 from a2v.lab.studio.solid import OPEN_RAYS, open_faces
 from a2v.lab.studio.texture import texture_at
 from a2v.types import (
@@ -28,7 +34,6 @@ from a2v.types import (
     Character,
     FloatArray,
     IntArray,
-    OrthographicCamera,
     Subject,
     Surface,
 )
@@ -53,14 +58,6 @@ OTHER_COLOR = 10.0
 """... and nearer than this to a color of the other part, in the same units."""
 HIP_JOINTS = ("upperleg01.L", "upperleg01.R")
 """Bones of Anny whose heads are the hip joints."""
-SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
-"""Turns about the vertical, degrees."""
-HEAD_TURNS = (0, 35, 90, 145, 180)
-"""Turns from which heads are compared, degrees."""
-HEAD_HEIGHT = 0.3
-"""Height of the pictures of heads below the top of the truth, meters."""
-_MARGIN = 1.15
-"""Side of a picture, in lengths of what it frames."""
 
 
 @dataclass(frozen=True)
@@ -197,11 +194,13 @@ def compare_moved(
         values[name]["torn"] = 100 * torn_share(
             moved.made, moved.vertices[pose], moved.character.surface.faces
         )
-        values[name] |= _pictures(true, moved.surface(pose), settings)
+        values[name] |= picture_scores(
+            true.vertices, true.pictures, moved.surface(pose), settings.size
+        )
         if name == T_POSE:
             made = moved.surface(pose)
             values[name]["other"] = _other_colors(true, made, outer_faces(made), settings)
-            values[name] |= head_differences(true, made, settings)
+            values[name] |= head_differences(true.vertices, true.heads, made, settings.size)
             values[name] |= _same_size(case, moved, pose, settings)
     return values
 
@@ -287,8 +286,8 @@ class TrueLook:
     vertices: FloatArray
     points: FloatArray
     colors: FloatArray
-    pictures: Sequence[tuple[FloatArray, BoolArray]]
-    heads: Sequence[tuple[FloatArray, BoolArray]]
+    pictures: Sequence[Picture]
+    heads: Sequence[Picture]
 
     @classmethod
     def of(cls, case: MovedCase, pose: int, settings: MovedSettings) -> TrueLook:
@@ -296,9 +295,7 @@ class TrueLook:
         vertices = case.vertices[pose]
         true = dataclasses.replace(case.surface, vertices=vertices)
         points, colors = colored_points(true, case.outer, settings.points, settings.seed + 1)
-        pictures = [_seen(true, vertices, turn, settings.size) for turn in SIDES.values()]
-        around = _around_head(vertices)
-        heads = [_seen(true, around, float(turn), settings.size) for turn in HEAD_TURNS]
+        pictures, heads = (look(true, settings.size) for look in (pictures_of, heads_of))
         return cls(vertices, points, colors, pictures, heads)
 
 
@@ -308,8 +305,9 @@ def color_scores(
     """Other part's color (%), difference of the head, PSNR (dB) and SSIM of a character in the pose
     of the truth; `outer` (n,) are its faces that are visible from outside (`outer_faces`)."""
     other = _other_colors(true, made, outer, settings)
-    head = head_differences(true, made, settings)["head"]
-    return {"other": other, "head": head} | _pictures(true, made, settings)
+    head = head_differences(true.vertices, true.heads, made, settings.size)["head"]
+    scores = picture_scores(true.vertices, true.pictures, made, settings.size)
+    return {"other": other, "head": head, **scores}
 
 
 def _other_colors(true: TrueLook, made: Surface, outer: IntArray, settings: MovedSettings) -> float:
@@ -375,57 +373,3 @@ def colored_points(
         )
     lab = cv2.cvtColor(np.ascontiguousarray(colors[None], np.float32), cv2.COLOR_RGB2LAB)[0]
     return np.asarray(points, np.float64), np.asarray(lab, np.float64)
-
-
-def _pictures(true: TrueLook, made: Surface, settings: MovedSettings) -> dict[str, float]:
-    """PSNR and SSIM over the union of both masks, means of four sides; unlit."""
-    scores = []
-    for turn, (colors, mask) in zip(SIDES.values(), true.pictures, strict=True):
-        own, covered = _seen(made, true.vertices, turn, settings.size)
-        scores.append(image_scores(own, colors, covered | mask))
-    psnr, ssim = np.mean(scores, axis=0)
-    return {"psnr": float(psnr), "ssim": float(ssim)}
-
-
-def head_differences(true: TrueLook, made: Surface, settings: MovedSettings) -> dict[str, float]:
-    """Mean CIELAB difference (CIE 1976) between a character's head in the pose of the truth and the
-    truth's where both are seen, by `HEAD_TURNS` ("head_35"), and its mean ("head"); unlit."""
-    import cv2
-
-    framed, found = _around_head(true.vertices), {}
-    for turn, (colors, there) in zip(HEAD_TURNS, true.heads, strict=True):
-        own, here = _seen(made, framed, float(turn), settings.size)
-        labs = [cv2.cvtColor(np.float32(one), cv2.COLOR_RGB2LAB) for one in (own, colors)]
-        away = np.linalg.norm(labs[0] - labs[1], axis=-1)
-        found[f"head_{turn}"] = float(away[here & there].mean())
-    return {"head": float(np.mean(list(found.values()))), **found}
-
-
-def _around_head(vertices: FloatArray) -> FloatArray:
-    """Two opposite corners (2, 3) of the box that frames the head of a standing person (V, 3)."""
-    top = float(vertices[:, 1].max())
-    high = vertices[vertices[:, 1] > top - HEAD_HEIGHT / 2]
-    middle = np.array([high[:, 0].mean(), top - HEAD_HEIGHT / 2, high[:, 2].mean()])
-    return np.asarray(middle + HEAD_HEIGHT / 2 / _MARGIN * np.array([[-1.0, -1, -1], [1, 1, 1]]))
-
-
-def _seen(
-    surface: Surface, framed: FloatArray, turn: float, size: int
-) -> tuple[FloatArray, BoolArray]:
-    """A surface's colors (size, size, 3) and mask from a side, in the square around `framed` (V,
-    3)."""
-    middle = (framed.min(axis=0) + framed.max(axis=0)) / 2
-    extent = _MARGIN * float(np.ptp(framed, axis=0).max())
-    angle = np.radians(-turn)
-    rotation = np.array(
-        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
-    )
-    turned = dataclasses.replace(
-        surface, vertices=((surface.vertices - middle) @ rotation.T).astype(np.float32)
-    )
-    camera = OrthographicCamera(scale=size / extent, center_u=size / 2, center_v=size / 2)
-    normals = vertex_normals(
-        turned.vertices.astype(np.float64), turned.faces.astype(np.int64)
-    ).astype(np.float32)
-    maps = surface_maps(turned, normals, camera, (size, size), size=size, side=1)
-    return maps.colors, maps.mask

@@ -122,7 +122,7 @@ def words_of(asked: Mapping[str, Any]) -> list[str]:
     ]
 
 
-# --- the doors: each returns requests, one per thing that is asked
+# --- the doors: each returns the requests of what is asked, none if it does not take it
 
 
 def by_command(asked: Asked) -> VideoRequest:
@@ -131,19 +131,26 @@ def by_command(asked: Asked) -> VideoRequest:
     return parse(video.Options, words, command="video", about="", examples="").request
 
 
-def by_character(asked: Asked) -> VideoRequest | None:
-    """``a2v character``, for what it takes."""
+def by_character(asked: Asked) -> list[VideoRequest]:
+    """``a2v character``, for what it takes: one request of each of its clips."""
     given = dict(asked)
-    action, file = given.pop("action"), given.pop("motion", None)
+    file = given.pop("motion", None)
     known = {"seconds", "frames", "fps", "seed", "model", "license"}
-    if set(given) - known - {"loop", "in_place", "mirror", "speed", "from_photo"}:
-        return None
-    clips = [f"--motions={file}"] if file else [f"--action={action}"]
-    words = ["--photo", str(PHOTO), "--out", "o.glb", *clips, *words_of(given)]
+    known |= {"action", "actions", "loop", "in_place", "mirror", "speed", "from_photo"}
+    if set(given) - known:
+        return []
+    if file is not None:
+        given = given | {"action": "", "motions": file}
+    words = ["--photo", str(PHOTO), "--out", "o.glb", *words_of(given)]
     options = parse(character.Options, words, command="character", about="", examples="")
-    ((name, path),) = character._wanted(options, Path("o.glb")).items()
-    made = options.motion("" if path else name, path)
-    return VideoRequest(person=options.person, motion=made, film=FilmRequest())
+    return [
+        VideoRequest(
+            person=options.person,
+            motion=options.motion("" if path else name, path),
+            film=FilmRequest(),
+        )
+        for name, path in character._wanted(options, Path("o.glb")).items()
+    ]
 
 
 def by_table(asked: Sequence[Asked], folder: Path) -> list[VideoRequest]:
@@ -158,14 +165,14 @@ def by_table(asked: Sequence[Asked], folder: Path) -> list[VideoRequest]:
     return [row.request for row in rows]
 
 
-def by_page(asked: Asked) -> VideoRequest | None:
+def by_page(asked: Asked) -> list[VideoRequest]:
     """The page's request, for what the page offers."""
     if not set(asked) <= {item.name for item in fields(Wish)} or not asked["action"]:
-        return None
+        return []
     if asked.get("path", "").endswith(".csv") or "seconds" not in asked:
-        return None
+        return []
     said = json.loads(json.dumps({**asked, "size": 512}))
-    return Wish.of(said).request(str(PHOTO))
+    return [Wish.of(said).request(str(PHOTO))]
 
 
 def by_python(asked: Asked) -> VideoRequest:

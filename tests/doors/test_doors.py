@@ -59,9 +59,9 @@ def test_there_are_40_prompts():
 
 
 @pytest.mark.parametrize("asked", PROMPTS, ids=name_of)
-def test_python_takes_every_prompt_through_the_graph(asked, small, store, here):
+def test_python_takes_every_prompt_through_the_graph(asked, small, few, store, here):
     clip = a2v.make_motion(**complete(asked), cache=store.folder)
-    go_through(clip, small, store)
+    go_through(clip, small, few, store)
 
 
 def test_every_door_means_the_same(store, here):

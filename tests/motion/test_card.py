@@ -10,7 +10,15 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.motion import BUNDLED, MotionModel
-from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT, StepCard, WindowCard, check_graph, parse_card, read_card
+from a2v.motion.card import (
+    STEP_FORMAT,
+    WINDOW_FORMAT,
+    StepCard,
+    WindowCard,
+    check_graph,
+    parse_card,
+    read_card,
+)
 from a2v.sessions import WEIGHTS, read_metadata
 
 FILE = Path("mine.onnx")

@@ -13,11 +13,15 @@ import joblib
 import numpy as np
 
 import a2v
+from a2v.animation import EngineSettings
+from a2v.animation.engine import engine_ready
 from a2v.motion.catalog import catalog
 from a2v.samples.ready import PHOTO
+from a2v.types import Character
 from pipelines.batch.rows import defaults, read_rows
 from pipelines.commands import character, video
 from pipelines.engine.memo import plain
+from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Vertices
 from pipelines.options import parse
@@ -99,8 +103,8 @@ PROMPTS: tuple[Asked, ...] = (
 def complete(asked: Asked) -> Asked:
     """The request with its length, unless the words have one; long motions have few frames."""
     if {"seconds", "frames", "timeline"} & set(asked) or " s" in asked["action"]:
-        return {"fps": 10, **asked}
-    return {**asked, "seconds": LENGTH}
+        return {"fps": 5, **asked}
+    return {**asked, "seconds": LENGTH} | ({"fps": 5} if "path" in asked else {})
 
 
 def write_files(folder: Path, store: Path) -> None:
@@ -205,8 +209,17 @@ def check_glb(data: bytes, clip: str | None = None) -> int:
     return len(tree["animations"])
 
 
-def go_through(clip: a2v.MotionClip, person: a2v.Person, store: Store) -> None:
-    """Run the graph of a video up to the vertices and the GLB, and check both."""
+def reduced(person: a2v.Person, store: Store) -> Ref[Character]:
+    """The person with the triangles of its exports, which has a thirtieth of the vertices."""
+    settings = EngineSettings(triangles=2000, texture=512, normal_map=0)
+    return store.put(engine_ready(person.character, settings))
+
+
+def go_through(
+    clip: a2v.MotionClip, person: a2v.Person, small: Ref[Character], store: Store
+) -> None:
+    """Run the graph of a video up to the vertices and the GLB of the `small` character of
+    `reduced`, and check both."""
     request = VideoRequest(person=person.request, motion=clip.request, film=FilmRequest())
     resolved = request.resolve(store)
     outcome = run(
@@ -214,13 +227,14 @@ def go_through(clip: a2v.MotionClip, person: a2v.Person, store: Store) -> None:
         graph=resolved.graph,
         executor="serial",
         store=store,
+        overrides={"character": small, "engine_character": small},
         **resolved.parameters,
     )
     refs = outcome.values["vertices"]
     assert len(refs) == len(clip.motion.joints)
     for ref in (refs[0], refs[-1]):
         vertices = store.get(ref, Vertices).vertices
-        assert vertices.shape == person.character.surface.vertices.shape
+        assert vertices.shape == store.get(small, Character).surface.vertices.shape
         assert np.isfinite(vertices).all()
         assert 0.3 < np.ptp(vertices, axis=0).max() < 2.8  # a person, upright or not
     assert check_glb(bytes(outcome.get("glb", Blob))) == 1

@@ -34,6 +34,14 @@ def command_lines(text: str) -> list[str]:
     return [line for line in found if re.match(r"a2v \w", line)]
 
 
+def prose(notebook: Path) -> str:
+    """The text of a notebook's cells of Markdown, by its source in Python."""
+    cells = re.split(r"^# %%", notebook.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    told = [cell for cell in cells if cell.startswith(" [markdown]")]
+    lines = "\n".join(told).splitlines()
+    return "\n".join(re.sub("^# ?", "", line) for line in lines)
+
+
 def examples_of(name: str) -> list[str]:
     return [
         line.strip()

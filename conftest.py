@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import os
 import shutil
+import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Generator
@@ -37,6 +38,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault("A2V_SMALL", "1")  # notebooks run at their small size
     # hundreds of child processes import what the first of them has compiled
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if "A2V_CACHE" not in os.environ and not hasattr(config, "workerinput"):
         config.stash[_MADE] = os.environ["A2V_CACHE"] = tempfile.mkdtemp(prefix="a2v-tests-")
     config.pluginmanager.register(_Processor())

@@ -94,16 +94,7 @@ def option(
 
 def flag(help: str, *, rare: bool = False) -> Any:
     """Make a field that is True if the option is given."""
-    facts = {
-        "help": help,
-        "names": (),
-        "metavar": None,
-        "choices": None,
-        "many": "flag",
-        "more": "",
-        "rare": rare,
-    }
-    return dataclasses.field(default=False, metadata={"option": facts})
+    return option(help, default=False, many="flag", rare=rare)
 
 
 def group(kind: type[T], title: str = "") -> T:
@@ -161,7 +152,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     """
     given = gather_repeated(kind, [_with_underscores(argument) for argument in arguments])
     level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
-    parser = _parser(kind, f"a2v {command}", about, examples, level)
+    known: type = kind
+    parser = _parser(known, f"a2v {command}", about, examples, level)
     check_typed(kind, given)
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if level else given))

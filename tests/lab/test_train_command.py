@@ -101,7 +101,7 @@ def test_a_baseline_is_trained_and_measured_in_both_protocols(tmp_path, data_dir
     table = tmp_path / "table.md"
     models = ["--model", str(run / "baseline.pt"), "--model", "first-frame"]
     assert (
-        main(["evaluate", *data, *models, "--out", str(table), "--clips", "150", "--repeats", "1"])
+        main(["evaluate", *data, *models, "--out", str(table), "--clips", "300", "--repeats", "1"])
         == 0
     )
     text = table.read_text()

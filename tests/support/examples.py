@@ -20,7 +20,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 def command_lines(text: str) -> list[str]:
     """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
-    text = re.sub(r"\\\n\s*", " ", text)
+    text = re.sub(r"\s*\\\n\s*", " ", text)
     blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     found = [
         line.strip().removeprefix("$ ")

@@ -115,7 +115,6 @@ def test_the_command_draws_measures_and_goes_on(
     shutil.copy(PHOTO, folder / "someone.jpg")
     (tmp_path / "grades.csv").write_text("photo,grade,reason\nsomeone,5,all is right\n")
     quick = ["--backend", "body-prior", "--fit.starts", "1", "--color.texture", "512", "--quiet"]
-    quick += ["--fit.rounds", "2", "--fit.steps", "20", "--color.synthesis", "false"]
     words = ["evaluate", "photos", str(folder), "--out", str(out), *quick]
     assert main([*words, "--grades", str(tmp_path / "grades.csv")]) == 0
     content = json.loads((out / "photos.json").read_text())

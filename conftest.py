@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import os
 import shutil
+import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Generator
@@ -35,6 +36,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """The controlling process makes the folder; workers and the programs that tests start inherit
     it."""
     os.environ.setdefault("A2V_SMALL", "1")  # notebooks run at their small size
+    # hundreds of child processes import what the first of them has compiled
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if "A2V_CACHE" not in os.environ and not hasattr(config, "workerinput"):
         config.stash[_MADE] = os.environ["A2V_CACHE"] = tempfile.mkdtemp(prefix="a2v-tests-")
     config.pluginmanager.register(_Processor())

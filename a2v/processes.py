@@ -4,8 +4,8 @@
 library, so a ``socket.py`` beside somebody's photos would run. Python 3.11 and later leave it out
 if PYTHONSAFEPATH is set. On 3.10 the first code of the child removes it.
 
-The workers of `worker_context` do not import the user's main module either, so that a script needs
-no ``if __name__ == "__main__":``.
+The workers of `worker_context` and of Dask do not import the user's main module either, so that a
+script needs no ``if __name__ == "__main__":``. Ray's never do.
 """
 
 from __future__ import annotations
@@ -99,10 +99,14 @@ _prepare = multiprocessing.spawn.get_preparation_data
 _starting = threading.local()
 
 
+_DASK = "Dask Worker process"
+"""Begin of the names of Dask's workers, which a thread of Dask starts, at any time."""
+
+
 def _prepare_child(name: str) -> dict[str, Any]:
-    """Return what `multiprocessing` tells a new child; a worker of a2v gets no main module."""
+    """Return what `multiprocessing` tells a new child; a worker gets no main module."""
     data = _prepare(name)
-    if getattr(_starting, "worker", False):
+    if getattr(_starting, "worker", False) or name.startswith(_DASK):
         data = {key: value for key, value in data.items() if not key.startswith("init_main_")}
     return data
 

@@ -121,12 +121,12 @@ def check_libraries() -> Check:
 def check_weights() -> Check:
     """Check that every shipped network can be opened."""
     from a2v.motion import BUNDLED
-    from a2v.motion.card import read_card
+    from a2v.motion.card import check_graph, read_card
     from a2v.reconstruction.implicit import ImplicitModel
     from a2v.sessions import WEIGHTS
 
     for file in BUNDLED.values():
-        read_card(WEIGHTS / file)
+        check_graph(read_card(WEIGHTS / file), WEIGHTS / file)
     ImplicitModel.load(None)
     return Check(
         name="weights",

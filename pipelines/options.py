@@ -8,7 +8,9 @@ hyphens for users; underscores are accepted too.
 from __future__ import annotations
 
 import argparse
+import copy
 import dataclasses
+import functools
 import shutil
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -92,16 +94,7 @@ def option(
 
 def flag(help: str, *, rare: bool = False) -> Any:
     """Make a field that is True if the option is given."""
-    facts = {
-        "help": help,
-        "names": (),
-        "metavar": None,
-        "choices": None,
-        "many": "flag",
-        "more": "",
-        "rare": rare,
-    }
-    return dataclasses.field(default=False, metadata={"option": facts})
+    return option(help, default=False, many="flag", rare=rare)
 
 
 def group(kind: type[T], title: str = "") -> T:
@@ -159,7 +152,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     """
     given = gather_repeated(kind, [_with_underscores(argument) for argument in arguments])
     level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
-    parser = _parser(kind, f"a2v {command}", about, examples, level)
+    known: type = kind
+    parser = _parser(known, f"a2v {command}", about, examples, level)
     check_typed(kind, given)
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if level else given))
@@ -175,6 +169,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
             f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v "
             f"{command} --help"
         ) from None
+    finally:  # jsonargparse keeps the request of --print-config here if the parsing fails
+        vars(parser).pop("print_config", None)
     check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it only on the command line
         raise InputError("json cannot be set in a file; give --json on the command line")
@@ -183,7 +179,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
 
 def actions_of(kind: type) -> list[argparse.Action]:
     """Yield every option of a command for argparse, with hyphens, for completion and help."""
-    actions = list(_parser(kind, "a2v", "", "", level=2)._actions)
+    actions = [copy.copy(action) for action in _parser(kind, "a2v", "", "", level=2)._actions]
     for action in actions:
         action.option_strings = [with_hyphens(name) for name in action.option_strings]
     return [
@@ -193,6 +189,7 @@ def actions_of(kind: type) -> list[argparse.Action]:
     ]
 
 
+@functools.cache
 def _parser(
     kind: type, prog: str, about: str, examples: str, level: int
 ) -> jsonargparse.ArgumentParser:

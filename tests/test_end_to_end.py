@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 import re
 import shutil
 import signal
@@ -20,37 +19,15 @@ from PIL import Image
 from a2v.body.second_photo import SIDES
 from a2v.io import sha256
 from a2v.types import Motion, Subject
+from tests.support.whole_run import FRAMES, OPTIONS, ROOT, SAMPLE, SIZE, VIEWS, whole_run
 
-ROOT = Path(__file__).resolve().parents[1]
-SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
-FRAMES, VIEWS, SIZE = 3, ("front", "left"), 64
 STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "character")
 
 
 def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk") -> list[str]:
-    given = [
-        "--photo",
-        photo,
-        "--action",
-        action,
-        "--out",
-        out,
-        "--frames",
-        FRAMES,
-        "--views",
-        ",".join(VIEWS),
-        "--size",
-        SIZE,
-        "--spp",
-        1,
-    ]
-    return [
-        sys.executable,
-        "-m",
-        "pipelines",
-        "video",
-        *(str(word) for word in (*given, "--workers", 2, *more)),
-    ]
+    given = ["--photo", photo, "--action", action, "--out", out, *OPTIONS]
+    given += ["--cache", whole_run().store, *more]
+    return [sys.executable, "-m", "pipelines", "video", *map(str, given)]
 
 
 def execute(
@@ -68,9 +45,10 @@ def report(out: Path) -> dict:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    out = tmp_path_factory.mktemp("made") / "out"
-    return out, execute(out)
+def made() -> tuple[Path, subprocess.CompletedProcess[str]]:
+    run = whole_run()
+    assert run.done.returncode == 0, run.done.stderr
+    return run.out, run.done
 
 
 def test_every_promised_file_is_there_and_the_path_comes_last(made):
@@ -236,7 +214,7 @@ def settled_count(cache: Path, node: str) -> int:
 @pytest.fixture
 def copied_store(made, tmp_path) -> Path:
     """The store as `made` left it, for tests that count calls."""
-    return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
+    return shutil.copytree(whole_run().store, tmp_path / "store")
 
 
 def start(
@@ -287,9 +265,12 @@ def test_a_killed_run_out_of_the_photo_goes_on_with_pictures_of_an_odd_size(copi
     cut = tmp_path / "high.png"
     with Image.open(SAMPLE) as whole:
         wide = whole.width // 6
-        whole.crop((wide, 0, whole.width - wide, whole.height)).save(cut)
+        high = whole.crop((wide, 0, whole.width - wide, whole.height))
+        high.resize((high.width // 2, high.height // 2)).save(cut)
     extra = ["--background", "photo", "--from-photo", "--views", "front", "--size", 62]
-    extra += ["--backend", "body-prior"]
+    extra += ["--backend", "body-prior", "--fit.rounds", 1, "--fit.steps", 20]
+    extra += ["--color.texture", 512, "--color.synthesis", "false", "--triangles", 2000]
+    extra += ["--texture", 512, "--normal-map", 0]
     before = count(copied_store, "photo_frame")
     process = start(tmp_path / "o", copied_store, 2, *extra, node="photo_frame", photo=cut)
     process.send_signal(signal.SIGKILL)
@@ -337,6 +318,7 @@ def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
 
     out = tmp_path / "person.glb"
     words = ["reconstruct", "--photo", str(SAMPLE), "--out", str(out)]
+    words += ["--cache", str(whole_run().store)]
     result = subprocess.run(
         [sys.executable, "-m", "pipelines", *words],
         cwd=ROOT,
@@ -367,6 +349,8 @@ def test_several_actions_come_in_one_file(made, tmp_path):
         "--workers",
         1,
         "--quiet",
+        "--cache",
+        whole_run().store,
         "--out",
         target,
     ]

@@ -4,124 +4,37 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 
-from a2v.io import cache_folders
 from tests.support.traps import set_traps
-
-ROOT = Path(__file__).resolve().parents[1]
-PROGRAM = Path(sys.executable).with_name("a2v")
-
-
-@dataclass
-class Watched:
-    """Results of a run: its folders, executed traps, and every system call about sockets."""
-
-    home: Path
-    temporary: Path
-    here: Path
-    marks: Path
-    calls: str | None
-    done: subprocess.CompletedProcess[str]
-    before: set[Path]
-
-
-def strace_works() -> bool:
-    return (
-        shutil.which("strace") is not None
-        and subprocess.run(
-            ["strace", "-qq", "-o", os.devnull, "true"], capture_output=True
-        ).returncode
-        == 0
-    )
-
-
-def environment(base: Path) -> dict[str, str]:
-    """A user with an empty home folder whose store holds nothing but the compiled body model."""
-    (base / "home" / ".cache" / "a2v").mkdir(parents=True)
-    (base / "temporary").mkdir()
-    for file in (
-        file for folder in cache_folders() if folder.is_dir() for file in folder.glob("anny-*.npz")
-    ):
-        shutil.copy(file, base / "home" / ".cache" / "a2v")
-    dropped = ("A2V_CACHE", "PYTHON", "XDG_", "MPLCONFIGDIR", "DRJIT_CACHE_DIR", "ORT_", "NUMBA_")
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(dropped)}
-    return {**kept, "HOME": str(base / "home"), "TMPDIR": str(base / "temporary")}
-
-
-def installed_here() -> bool:
-    """Whether the command ``a2v`` beside this interpreter runs this checkout."""
-    code = "import pipelines; print(pipelines.__file__)"
-    found = subprocess.run(
-        [sys.executable, "-I", "-c", code], capture_output=True, text=True
-    ).stdout.strip()
-    return PROGRAM.exists() and found == str(ROOT / "pipelines" / "__init__.py")
+from tests.support.whole_run import (
+    PROGRAM,
+    ROOT,
+    WholeRun,
+    environment,
+    installed_here,
+    whole_run,
+)
 
 
 @pytest.fixture(scope="module")
-def watched(tmp_path_factory) -> Watched:
+def watched() -> WholeRun:
     if not installed_here():
         pytest.skip(
             "the command a2v of this environment is not that of this checkout; run: pip install -e "
             "."
         )
-    base = tmp_path_factory.mktemp("isolation")
-    set_traps(base / "here", base / "marks")
-    clean = environment(base)
-    before = set(base.rglob("*"))
-    words = [
-        "video",
-        "--photo",
-        ROOT / "a2v" / "samples" / "person.jpg",
-        "--action",
-        "Walk",
-        "--out",
-        "out",
-        "--frames",
-        2,
-        "--views",
-        "front",
-    ]
-    command = [str(PROGRAM), *map(str, [*words, "--size", 64, "--spp", 1, "--workers", 2])]
-    trace = base / "trace"
-    traced = strace_works()
-    if traced:
-        command = [
-            "strace",
-            "-f",
-            "--seccomp-bpf",
-            "-qq",
-            "-o",
-            str(trace),
-            "-e",
-            "trace=%network",
-            *command,
-        ]
-    done = subprocess.run(
-        command, cwd=base / "here", env=clean, capture_output=True, text=True, timeout=600
-    )
-    return Watched(
-        base / "home",
-        base / "temporary",
-        base / "here",
-        base / "marks",
-        trace.read_text(errors="replace") if traced else None,
-        done,
-        before,
-    )
+    return whole_run()
 
 
 @pytest.mark.slow
 def test_nothing_of_the_working_folder_is_executed(watched):
     assert not watched.marks.exists(), watched.marks.read_text()
     assert watched.done.returncode == 0, watched.done.stderr
-    assert (watched.here / "out" / "video.mp4").is_file()
+    assert (watched.out / "video.mp4").is_file()
 
 
 @pytest.mark.slow
@@ -153,15 +66,13 @@ def test_no_socket_but_local_ones(watched):
 
 @pytest.mark.slow
 def test_nothing_is_written_outside_of_out_the_store_and_temporary_files(watched):
-    new = {
-        path for path in (*watched.home.rglob("*"), *watched.here.rglob("*")) if path.is_file()
-    } - watched.before
-    allowed = (watched.home / ".cache" / "a2v", watched.here / "out")
+    allowed = (watched.store, watched.out)
+    new = watched.files("home") | watched.files("here")
     assert [
         path for path in new if not any(path.is_relative_to(folder) for folder in allowed)
     ] == []
-    left = [path for path in watched.temporary.rglob("*") if path.is_file()]
-    assert left == []
+    assert new
+    assert not watched.files("temporary")
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import base64
+import importlib
+import inspect
 import io
+import re
 from pathlib import Path
 
 import jupytext
@@ -20,6 +24,7 @@ from scripts.make_notebooks import (
     shrink,
     smaller,
 )
+from tests.support.examples import prose
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
@@ -54,6 +59,54 @@ def test_the_copy_is_executed_without_errors_and_small(source):
     assert max(map(len, pictures)) <= PICTURE_BYTES, "run make notebooks"
     assert not [data for data in shown if WIDGET in data]
     assert path.stat().st_size <= NOTEBOOK_BYTES, "run make notebooks"
+
+
+SAID_ONLY = {"export_flow": "export.flow", "body_prior_surface": "a2v.reconstruction"}
+SAID_ONLY |= {"load_body_model": "a2v.body", "read_motion": "a2v.formats"}
+"""Modules of functions that the text names although no cell imports them."""
+
+
+def calls_in_prose(source: Path) -> list[ast.Call]:
+    """Calls of functions in the text's code, such as `read_motion("clip.bvh")`."""
+    found = list[ast.Call]()
+    text = re.sub(r"^```.*?^```", "", prose(source), flags=re.MULTILINE | re.DOTALL)
+    for code in re.findall(r"`([^`]+)`", text):
+        try:
+            tree = ast.parse(" ".join(code.split()), mode="eval")
+        except SyntaxError:  # a command, a file, a formula
+            continue
+        calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+        found += [call for call in calls if isinstance(call.func, ast.Name)]
+    return found
+
+
+def named(source: Path, name: str) -> object:
+    """What a name is in a notebook: a function of a cell, or what the cells import."""
+    for node in ast.walk(ast.parse(source.read_text())):
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            exec(compile(f"def {name}({ast.unparse(node.args)}): ...", source, "exec"), space := {})
+            return space[name]
+        if isinstance(node, ast.ImportFrom) and name in {
+            one.asname or one.name for one in node.names
+        }:
+            return getattr(importlib.import_module(node.module or ""), name)
+    return getattr(importlib.import_module(SAID_ONLY[name]), name)
+
+
+@pytest.mark.parametrize("source", SOURCES, ids=lambda path: path.stem)
+def test_the_texts_calls_fit_their_functions(source):
+    """They show a call beside the cells that run: the function exists and takes the arguments."""
+    for call in calls_in_prose(source):
+        assert isinstance(call.func, ast.Name)
+        if call.func.id == "cKDTree":  # of SciPy, without a signature
+            continue
+        given = [one for one in call.args if ast.unparse(one) != "..."]
+        options = {one.arg: None for one in call.keywords}
+        inspect.signature(named(source, call.func.id)).bind(*given, **options)
+
+
+def test_some_texts_call_functions():
+    assert sum(len(calls_in_prose(source)) for source in SOURCES) > 8
 
 
 def test_a_large_picture_becomes_small_and_keeps_its_content():

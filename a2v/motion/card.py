@@ -15,7 +15,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.io import shorten
 from a2v.kinematics import Skeleton, skeleton_of
-from a2v.sessions import open_session, read_metadata
+from a2v.sessions import WEIGHTS, open_session, read_metadata
 from a2v.types import FloatArray
 
 MAX_FRAMES = 10_000
@@ -149,11 +149,12 @@ def read_card(path: Path) -> StepCard | WindowCard:
         range. The message names file and entry.
     """
     card = parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
-    _check_graph(card, path)
+    if path.parent != WEIGHTS:  # tests check the shipped ones
+        check_graph(card, path)
     return card
 
 
-def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
+def check_graph(card: StepCard | WindowCard, path: Path) -> None:
     """Check that the graph has the inputs and outputs of the card: names, types and sizes (except
     of clips and frames)."""
     joints = len(card.joint_names)

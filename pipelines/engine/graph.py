@@ -96,7 +96,10 @@ def build(
                 internal_shape=made,
             )
         )
-    return pipefunc.Pipeline(functions, validate_type_annotations=True, print_error=False)
+    pipeline = pipefunc.Pipeline(functions, validate_type_annotations=False, print_error=False)
+    pipeline.validate_type_annotations = True  # once for all, not again for each function
+    pipeline.validate()
+    return pipeline
 
 
 def outputs_of(graph: Graph) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.bodies import joint_errors, landmarks_of, near_view, random_body, subject_of
 
-QUICK = FitSettings(rounds=5)
+QUICK = FitSettings(rounds=3)
 
 
 def angle(result: FitResult, name: str) -> float:

@@ -8,8 +8,10 @@ import pytest
 
 import a2v
 from a2v.samples.ready import PHOTO
+from a2v.types import Character
+from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
-from tests.support.doors import write_files
+from tests.support.doors import reduced, write_files
 from tests.support.ready_store import ready_folder
 
 
@@ -22,6 +24,12 @@ def store() -> Store:
 def small(store: Store) -> a2v.Person:
     """The ready person with few triangles, so that files are written quickly."""
     return a2v.make_character(PHOTO, cache=store.folder, triangles=2000, texture=512, normal_map=0)
+
+
+@pytest.fixture(scope="module")
+def few(small: a2v.Person, store: Store) -> Ref[Character]:
+    """The same with few vertices in its videos too."""
+    return reduced(small, store)
 
 
 @pytest.fixture

@@ -22,12 +22,12 @@ def test_there_are_379_actions(capsys):
 
 
 @pytest.mark.parametrize("start", range(0, len(ACTIONS), CHUNK))
-def test_python_takes_every_action_through_the_graph(start, small, store):
+def test_python_takes_every_action_through_the_graph(start, small, few, store):
     """`make_motion`, then the graph up to the vertices of each frame and the GLB."""
     for name in ACTIONS[start : start + CHUNK]:
         clip = a2v.make_motion(name, seconds=LENGTH, cache=store.folder)
         assert clip.motion.action == name
-        go_through(clip, small, store)
+        go_through(clip, small, few, store)
 
 
 def test_one_character_file_holds_many_actions(store, tmp_path):

@@ -31,10 +31,8 @@ from tests.support.doors import (
     words_of,
 )
 
-EVERYTHING = [
-    *({"action": name, "seconds": LENGTH} for name in ACTIONS),
-    *map(complete, PROMPTS),
-]
+NAMED: list[Asked] = [{"action": name, "seconds": LENGTH} for name in ACTIONS]
+EVERYTHING = [*NAMED, *map(complete, PROMPTS)]
 CHILDREN: tuple[Asked, ...] = (
     {"action": "Wave"},
     {"action": "Sit down"},
@@ -61,22 +59,26 @@ def test_there_are_40_prompts():
 
 
 @pytest.mark.parametrize("asked", PROMPTS, ids=name_of)
-def test_python_takes_every_prompt_through_the_graph(asked, small, store, here):
+def test_python_takes_every_prompt_through_the_graph(asked, small, few, store, here):
     clip = a2v.make_motion(**complete(asked), cache=store.folder)
-    go_through(clip, small, store)
+    go_through(clip, small, few, store)
 
 
 def test_every_door_means_the_same(store, here):
-    """What is resolved equally is the same call of every node, so it has the same result."""
+    """What is resolved equally is the same call of every node, so it has the same result; equal
+    requests are resolved equally."""
     rows, taken = by_table(EVERYTHING, here), Counter[str]()
-    for asked, row in zip(EVERYTHING, rows, strict=True):
-        expected = given(by_python(asked), store)
-        doors = {"command": by_command(asked), "table": row}
-        doors |= {"page": by_page(asked), "character": by_character(asked)}
-        for door, request in doors.items():
-            if request is not None:
+    together = by_character({"actions": ",".join(ACTIONS), "seconds": LENGTH})
+    clips = [*([one] for one in together), *map(by_character, EVERYTHING[len(NAMED) :])]
+    for asked, row, clip in zip(EVERYTHING, rows, clips, strict=True):
+        expected = by_python(asked)
+        doors = {"command": [by_command(asked)], "table": [row], "character": clip}
+        doors["page"] = by_page(asked)
+        for door, requests in doors.items():
+            for request in requests:
                 taken[door] += 1
-                assert given(request, store) == expected, (door, asked)
+                if (request.person, request.motion) != (expected.person, expected.motion):
+                    assert given(request, store) == given(expected, store), (door, asked)
     assert taken == {"command": 419, "table": 419, "page": 379 + 18, "character": 379 + 32}
 
 

@@ -20,7 +20,7 @@ from a2v.samples.ready import PHOTO, load_ready_person
 from pipelines.cli import main
 from pipelines.engine.store import Store
 from tests.support.doors import write_files
-from tests.support.examples import PAGES, blocks, command_lines
+from tests.support.examples import PAGES, blocks, command_lines, prose
 
 ROOT = Path(__file__).resolve().parents[2]
 OTHER_PERSON = "another person is a whole reconstruction, a minute: "
@@ -94,7 +94,7 @@ def excuse(line: str) -> str:
 def examples() -> dict[str, str]:
     """Every command that is shown, without its remark, and where."""
     found: dict[str, str] = {}
-    notebooks = {path.name: command_lines(path.read_text()) for path in ROOT.glob("notebooks/*.py")}
+    notebooks = {path.name: command_lines(prose(path)) for path in ROOT.glob("notebooks/*.py")}
     for page, lines in (PAGES | notebooks).items():
         for line in lines:
             found.setdefault(re.split(r"\s{2,}|\s#\s|\s\|\s| > |;", line)[0].strip(), page)

@@ -13,6 +13,7 @@ from a2v.lab.datasets.bvh_folder import BVHFolderSettings, load_bvh_folder
 from a2v.motion import MotionModel
 from pipelines.cli import main
 from pipelines.filmed_folder import videos_below
+from tests.support.flows import export_one_step
 
 QUICK = ("--follow.face", "false", "--follow.steps", "10", "--workers", "1", "--quiet")
 
@@ -27,8 +28,12 @@ def tiny_flow(data: Path, out: Path) -> Path:
 
 
 def test_videos_of_an_action_become_an_action_beside_a_shipped_one(
-    clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    clip: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    export_one_step(monkeypatch)
     clips, actions = tmp_path / "clips", tmp_path / "actions"
     for name in ("slide/one.mp4", "slide/two.mp4"):
         (clips / name).parent.mkdir(parents=True, exist_ok=True)

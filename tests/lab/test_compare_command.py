@@ -14,6 +14,7 @@ from a2v.body import load_body_model
 from a2v.lab.evaluation.survey_answers import analyze, read_key
 from pipelines.cli import main
 from tests.support.checkpoints import liquid_warping, saved, slab
+from tests.support.whole_run import whole_run
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -45,6 +46,9 @@ def made(tmp_path_factory):
         "--workers": 2,
         "--liquid-generator": saved(liquid_warping(), folder / "net_epoch_30_id_G.pth"),
         "--liquid-uv": folder / "mapper.txt",
+        "--cache": whole_run().store,
+        "--color.texture": 512,
+        "--color.synthesis": "false",
         "--survey": folder / "survey.html",
         "--out": folder / "sheet.html",
     }

@@ -15,6 +15,7 @@ from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
 from a2v.lab.datasets import load_dataset
 from a2v.motion import MotionModel
 from pipelines.cli import main
+from tests.support.flows import export_one_step
 
 
 @pytest.mark.parametrize(
@@ -49,7 +50,8 @@ from pipelines.cli import main
     ],
     ids=["motion", "flow"],
 )
-def test_train_then_sample_then_evaluate(tmp_path, data_dir, arguments):
+def test_train_then_sample_then_evaluate(tmp_path, data_dir, arguments, monkeypatch):
+    export_one_step(monkeypatch)
     run = str(tmp_path / "run")
     assert (
         main(

@@ -10,7 +10,15 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.motion import BUNDLED, MotionModel
-from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT, StepCard, WindowCard, parse_card, read_card
+from a2v.motion.card import (
+    STEP_FORMAT,
+    WINDOW_FORMAT,
+    StepCard,
+    WindowCard,
+    check_graph,
+    parse_card,
+    read_card,
+)
 from a2v.sessions import WEIGHTS, read_metadata
 
 FILE = Path("mine.onnx")
@@ -28,6 +36,7 @@ def said(request):
 def test_shipped_files_are_read_whole(name):
     path = WEIGHTS / BUNDLED[name]
     card, said = read_card(path), read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model")
+    check_graph(card, path)
     for entry in ("dataset", "dataset_digest", "decoder", "fps", "frames", "latent_size"):
         assert getattr(card, entry) == said[entry], entry
     # the files keep the British spelling of these two keys

@@ -65,6 +65,25 @@ def test_a_script_needs_no_guard(kind, store, tmp_path):
     assert (tmp_path / "me.mp4").stat().st_size > 1000
 
 
+def test_a_script_whose_workers_are_dasks_needs_no_guard(tmp_path):
+    pytest.importorskip("distributed", reason="Dask is an extra: pip install 'a2v[dask]'")
+    (tmp_path / "job.py").write_text(
+        "print('the script begins')\n"
+        "from pipelines.engine.executors import open_executor\n"
+        "with open_executor('dask', workers=2) as executor:\n"
+        "    print(sorted(executor.map(len, ['a', 'bc'])))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "job.py"],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.stdout.splitlines() == ["the script begins", "[1, 2]"], done.stderr
+
+
 def test_a_notebook_cell(store, tmp_path):
     book = nbformat.v4.new_notebook()
     book.cells = [nbformat.v4.new_code_cell(script(store, tmp_path / "me.mp4", seed=7))]

@@ -1,6 +1,6 @@
 """Photo to character as a whole, on the golden panel (`tests.support.golden`).
 
-The sample is always made. The others take minutes and need the real data: ``A2V_GOLDEN=1``.
+The sample is that of the run that tests share. The others take minutes and need the real data: ``A2V_GOLDEN=1``.
 """
 
 from __future__ import annotations
@@ -13,18 +13,20 @@ import pytest
 
 from pipelines.engine.store import Store
 from tests.support.golden import PEOPLE, differences, figures_of, stored_figures
+from tests.support.whole_run import whole_run
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_a_character_is_the_golden_one(
     name: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    data = None
+    data, store = None, Store(whole_run().store)
     if name != "sample":
+        store = Store(tmp_path / "store")
         if not os.environ.get("A2V_GOLDEN"):
             pytest.skip("takes a minute per person; set A2V_GOLDEN=1")
         data = request.getfixturevalue("data_dir")
-    found = figures_of(name, data, Store(tmp_path / "store"), tmp_path)
+    found = figures_of(name, data, store, tmp_path)
     assert differences(found, stored_figures()[name]) == []
 
 

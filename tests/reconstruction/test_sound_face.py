@@ -18,7 +18,7 @@ from a2v.samples import ReadyPerson, load_ready_person
 from a2v.types import Camera, Reconstruction, Subject, Surface
 from tests.support.surfaces import coated
 
-COLOR = ColorSettings(texture=1024, synthesis=False)
+COLOR = ColorSettings(texture=512, synthesis=False)
 
 
 @pytest.fixture(scope="module")

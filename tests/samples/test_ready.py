@@ -22,6 +22,7 @@ from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
 from pipelines.run import run
 from scripts.make_ready_person import made_now
+from tests.support.whole_run import whole_run
 
 ROOT = Path(__file__).resolve().parents[2]
 FITTED = 0.001
@@ -43,10 +44,12 @@ def ready() -> ReadyPerson:
 
 @pytest.fixture(scope="module", params=KERNELS)
 def today(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ReadyPerson:
-    """Made in a store of its own: "Delete me" on the page, in other tests, empties the common one
-    of the sample person."""
+    """Made by ``a2v video`` with this processor's kernels, and in a process of its own with the
+    others."""
     folder = tmp_path_factory.mktemp("ready") / "store"
-    if request.param != "native":
+    if request.param == "native":
+        folder = whole_run().store
+    else:
         code = (
             "from pathlib import Path; from scripts.make_ready_person import made_now; "
             f"from pipelines.engine.store import Store; made_now(Store(Path({str(folder)!r})))"

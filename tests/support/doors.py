@@ -13,11 +13,15 @@ import joblib
 import numpy as np
 
 import a2v
+from a2v.animation import EngineSettings
+from a2v.animation.engine import engine_ready
 from a2v.motion.catalog import catalog
 from a2v.samples.ready import PHOTO
+from a2v.types import Character
 from pipelines.batch.rows import defaults, read_rows
 from pipelines.commands import character, video
 from pipelines.engine.memo import plain
+from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Vertices
 from pipelines.options import parse
@@ -99,8 +103,8 @@ PROMPTS: tuple[Asked, ...] = (
 def complete(asked: Asked) -> Asked:
     """The request with its length, unless the words have one; long motions have few frames."""
     if {"seconds", "frames", "timeline"} & set(asked) or " s" in asked["action"]:
-        return {"fps": 10, **asked}
-    return {**asked, "seconds": LENGTH}
+        return {"fps": 5, **asked}
+    return {**asked, "seconds": LENGTH} | ({"fps": 5} if "path" in asked else {})
 
 
 def write_files(folder: Path, store: Path) -> None:
@@ -122,7 +126,7 @@ def words_of(asked: Mapping[str, Any]) -> list[str]:
     ]
 
 
-# --- the doors: each returns requests, one per thing that is asked
+# --- the doors: each returns the requests of what is asked, none if it does not take it
 
 
 def by_command(asked: Asked) -> VideoRequest:
@@ -131,19 +135,26 @@ def by_command(asked: Asked) -> VideoRequest:
     return parse(video.Options, words, command="video", about="", examples="").request
 
 
-def by_character(asked: Asked) -> VideoRequest | None:
-    """``a2v character``, for what it takes."""
+def by_character(asked: Asked) -> list[VideoRequest]:
+    """``a2v character``, for what it takes: one request of each of its clips."""
     given = dict(asked)
-    action, file = given.pop("action"), given.pop("motion", None)
+    file = given.pop("motion", None)
     known = {"seconds", "frames", "fps", "seed", "model", "license"}
-    if set(given) - known - {"loop", "in_place", "mirror", "speed", "from_photo"}:
-        return None
-    clips = [f"--motions={file}"] if file else [f"--action={action}"]
-    words = ["--photo", str(PHOTO), "--out", "o.glb", *clips, *words_of(given)]
+    known |= {"action", "actions", "loop", "in_place", "mirror", "speed", "from_photo"}
+    if set(given) - known:
+        return []
+    if file is not None:
+        given = given | {"action": "", "motions": file}
+    words = ["--photo", str(PHOTO), "--out", "o.glb", *words_of(given)]
     options = parse(character.Options, words, command="character", about="", examples="")
-    ((name, path),) = character._wanted(options, Path("o.glb")).items()
-    made = options.motion("" if path else name, path)
-    return VideoRequest(person=options.person, motion=made, film=FilmRequest())
+    return [
+        VideoRequest(
+            person=options.person,
+            motion=options.motion("" if path else name, path),
+            film=FilmRequest(),
+        )
+        for name, path in character._wanted(options, Path("o.glb")).items()
+    ]
 
 
 def by_table(asked: Sequence[Asked], folder: Path) -> list[VideoRequest]:
@@ -158,14 +169,14 @@ def by_table(asked: Sequence[Asked], folder: Path) -> list[VideoRequest]:
     return [row.request for row in rows]
 
 
-def by_page(asked: Asked) -> VideoRequest | None:
+def by_page(asked: Asked) -> list[VideoRequest]:
     """The page's request, for what the page offers."""
     if not set(asked) <= {item.name for item in fields(Wish)} or not asked["action"]:
-        return None
+        return []
     if asked.get("path", "").endswith(".csv") or "seconds" not in asked:
-        return None
+        return []
     said = json.loads(json.dumps({**asked, "size": 512}))
-    return Wish.of(said).request(str(PHOTO))
+    return [Wish.of(said).request(str(PHOTO))]
 
 
 def by_python(asked: Asked) -> VideoRequest:
@@ -198,8 +209,17 @@ def check_glb(data: bytes, clip: str | None = None) -> int:
     return len(tree["animations"])
 
 
-def go_through(clip: a2v.MotionClip, person: a2v.Person, store: Store) -> None:
-    """Run the graph of a video up to the vertices and the GLB, and check both."""
+def reduced(person: a2v.Person, store: Store) -> Ref[Character]:
+    """The person with the triangles of its exports, which has a thirtieth of the vertices."""
+    settings = EngineSettings(triangles=2000, texture=512, normal_map=0)
+    return store.put(engine_ready(person.character, settings))
+
+
+def go_through(
+    clip: a2v.MotionClip, person: a2v.Person, small: Ref[Character], store: Store
+) -> None:
+    """Run the graph of a video up to the vertices and the GLB of the `small` character of
+    `reduced`, and check both."""
     request = VideoRequest(person=person.request, motion=clip.request, film=FilmRequest())
     resolved = request.resolve(store)
     outcome = run(
@@ -207,13 +227,14 @@ def go_through(clip: a2v.MotionClip, person: a2v.Person, store: Store) -> None:
         graph=resolved.graph,
         executor="serial",
         store=store,
+        overrides={"character": small, "engine_character": small},
         **resolved.parameters,
     )
     refs = outcome.values["vertices"]
     assert len(refs) == len(clip.motion.joints)
     for ref in (refs[0], refs[-1]):
         vertices = store.get(ref, Vertices).vertices
-        assert vertices.shape == person.character.surface.vertices.shape
+        assert vertices.shape == store.get(small, Character).surface.vertices.shape
         assert np.isfinite(vertices).all()
         assert 0.3 < np.ptp(vertices, axis=0).max() < 2.8  # a person, upright or not
     assert check_glb(bytes(outcome.get("glb", Blob))) == 1

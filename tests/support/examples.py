@@ -20,7 +20,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 def command_lines(text: str) -> list[str]:
     """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
-    text = re.sub(r"\\\n\s*", " ", text)
+    text = re.sub(r"\s*\\\n\s*", " ", text)
     blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     found = [
         line.strip().removeprefix("$ ")
@@ -32,6 +32,14 @@ def command_lines(text: str) -> list[str]:
         r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
     )
     return [line for line in found if re.match(r"a2v \w", line)]
+
+
+def prose(notebook: Path) -> str:
+    """The text of a notebook's cells of Markdown, by its source in Python."""
+    cells = re.split(r"^# %%", notebook.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    told = [cell for cell in cells if cell.startswith(" [markdown]")]
+    lines = "\n".join(told).splitlines()
+    return "\n".join(re.sub("^# ?", "", line) for line in lines)
 
 
 def examples_of(name: str) -> list[str]:

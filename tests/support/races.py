@@ -1,7 +1,7 @@
 """People of the page who are removed at any moment.
 
-`WRITER` is a child process that only writes files, in many steps, as the real ones do; the real
-ones take the ready person.
+The child processes write files (`tests.support.writer`) or are the real ones, which take the ready
+person.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ from __future__ import annotations
 import asyncio
 import io
 import random
-import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,43 +17,20 @@ from PIL import Image
 from starlette.exceptions import HTTPException
 
 from a2v.errors import A2VError
-from a2v.io import atomic_path
 from a2v.perception import Corrections
 from a2v.samples.ready import PHOTO
 from pipelines.commands.serve import COMPUTE
 from pipelines.serve.desk import Desk
 from pipelines.serve.live import Live
 from pipelines.serve.records import Library, Photo
-from pipelines.serve.talk import ORIGINAL, Tell, answer
+from pipelines.serve.talk import ORIGINAL
 from pipelines.serve.wishes import Wish
 from tests.support.page import arrived
 from tests.support.ready_store import fill
+from tests.support.writer import STEP_SECONDS, STEPS, WRITER
 
-WRITER = "from tests.support.races import write; write()"
-STEPS = 60
-STEP_SECONDS = 0.005
 WISH = Wish(action="Walk", seconds=0.5, views=("front",), size=128, spp=1)
 CORRECTED = Corrections.of({"units": "fractions", "landmarks": {"nose": [0.5, 0.1]}})
-
-
-def write() -> None:
-    """Run as the child process."""
-    answer(_work)
-
-
-def _work(task: Mapping[str, Any], tell: Tell) -> dict[str, object] | None:
-    if task["task"] == "warm":
-        return None
-    if task["task"] in ("open", "look", "person", "video", "outline", "export", "play"):
-        _work.folder = Path(task["folder"])  # type: ignore[attr-defined]
-    folder: Path = _work.folder  # type: ignore[attr-defined]
-    for number in range(STEPS):
-        with atomic_path(folder / "deep" / str(number % 3) / f"{number}.glb") as temporary:
-            temporary.write_bytes(b"a person")
-        time.sleep(STEP_SECONDS)
-    if task["task"] == "look":
-        return {"landmarks": [], "warnings": [], "people": []}
-    return {"files": {"deep/0/0.glb": 8}, "notes": [], "times": {}, "known": True}
 
 
 def photograph(number: int) -> bytes:

@@ -31,7 +31,8 @@ from tests.support.hostile import COUNT
 from tests.support.live import plain_character
 from tests.support.motions import person as walker
 from tests.support.page import Server, ready
-from tests.support.races import CORRECTED, WRITER, photograph, remove_at_moments
+from tests.support.races import CORRECTED, photograph, remove_at_moments
+from tests.support.writer import WRITER
 
 MOMENTS = 50
 CLIENTS = 40

@@ -176,6 +176,13 @@ def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> 
     return tuple(suffix for item in formats if item.write is not None for suffix in item.suffixes)
 
 
+def readable_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of files that `read_motion` accepts."""
+    return tuple(
+        suffix for item in MOTION_FORMATS if item.read is not None for suffix in item.suffixes
+    )
+
+
 def readable_motions(last: str = " or ") -> str:
     """Formats that `read_motion` accepts, for messages: ".bvh, .npz or DeepMimic's .txt"; `last` is
     the word before the last one."""
@@ -252,10 +259,8 @@ def read_motion(
         assert item.read is not None
         motion = item.read(source, action or source.stem, clip)
         return motion if fps is None else resample_motion(motion, fps)
-    raise InputError(
-        f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected "
-        f"{readable_motions()}"
-    )
+    kind = f" '{suffix}'" if suffix else ""
+    raise InputError(f"{source}: unknown kind of motion{kind}; expected {readable_motions()}")
 
 
 def write_motion(

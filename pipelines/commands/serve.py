@@ -78,8 +78,8 @@ def run(options: Options) -> Answer:
     with _lock_folder(folder), _listening(options.port) as listener:
         from pipelines.serve.app import make_app
         from pipelines.serve.desk import Desk
+        from pipelines.serve.library import Library
         from pipelines.serve.live import Live
-        from pipelines.serve.records import Library
         from pipelines.serve.wire import MAX_CONNECTIONS, protocol
 
         token = _token(folder)

@@ -37,6 +37,7 @@ _PATH = re.compile(
     r"-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
     re.ASCII,
 )
+_IDENTITY = re.compile("|[0-9a-f]{16}")
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Aspect ratios of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
@@ -94,6 +95,8 @@ class Wish:
         Points ``x,z x,z ...`` of a path on the ground, in meters; empty for none.
     clip : bool
         Whether the motion comes from the video uploaded for the person; `action` is then its title.
+    motion : str
+        Identity of a motion from a file, which replaces the action; `action` is then its title.
     speed : float
         Tempo factor.
     mirror : bool
@@ -114,6 +117,7 @@ class Wish:
     camera: str = FOLLOW
     path: str = ""
     clip: bool = False
+    motion: str = ""
     speed: float = 1.0
     mirror: bool = False
 
@@ -156,9 +160,13 @@ class Wish:
         for name in ("clip", "mirror"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name} is {brief(getattr(self, name))}; expected true or false")
-        if self.clip and self.path:
+        if not isinstance(self.motion, str) or not _IDENTITY.fullmatch(self.motion):
+            raise InputError(f"motion is {brief(self.motion)}; expected an identity of 16 digits")
+        if self.clip and self.motion:
+            raise InputError("a video and a motion are given; choose one")
+        if self.recorded and self.path:
             raise InputError(
-                "a path is given, but the motion of a video has its own path; clear the path"
+                "a path is given, but a recorded motion has its own path; clear the path"
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
@@ -204,6 +212,11 @@ class Wish:
         return dataclasses.asdict(self)
 
     @property
+    def recorded(self) -> bool:
+        """Whether the motion comes from a video or a file."""
+        return self.clip or bool(self.motion)
+
+    @property
     def frames(self) -> int:
         """Number of frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
@@ -218,10 +231,11 @@ class Wish:
         """Return the video request for a photo.
 
         The arguments are paths: the photo, its corrections, further photos of the person, and the
-        video with the motion.
+        video or file with the motion.
         """
-        said = self.said() | {"path": self.path or None}
-        if said.pop("clip"):
+        said = self.said() | {"path": self.path or None, "motion": None}
+        del said["clip"]
+        if self.recorded:
             said = {**said, "motion": clip, "model": AUTO, "seed": 0}
         return VideoRequest.of(
             photo=photo, corrections=corrections, more=",".join(more) or None, **said

@@ -128,6 +128,9 @@ class Screens:
         return {
             "photos": [photo, worse] if bad else [photo],
             "jobs": [self._job(digit, how) for digit, how in STATES.items()] if jobs else [],
+            "motions": [
+                {"id": "c" * 16, "title": "my dance", "seconds": 9.5, "notes": ["the first of 3"]}
+            ],
             "damaged": 2 if bad else 0,
             "problem": "changes cannot be saved: the disk is full" if bad else "",
         }

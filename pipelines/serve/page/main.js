@@ -6,6 +6,7 @@ import { Films } from "./films.js";
 import { Gallery, loadFigures } from "./gallery.js";
 import { simpler } from "./ground.js";
 import { liveControls } from "./live.js";
+import { Motions } from "./motions.js";
 import { Performance } from "./performance.js";
 import { PhotoPanel, gradeOf } from "./photo.js";
 import { Stage, unpacked } from "./stage.js";
@@ -16,7 +17,7 @@ const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: 
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
 const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
-let choices = null, state = { photos: [], jobs: [] }, stage = null;
+let choices = null, state = { photos: [], jobs: [], motions: [] }, stage = null;
 let chosen = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
 let answered = false;  // whether the server has told its state
 let onStage = "";  // whose person stands on the stage
@@ -36,7 +37,9 @@ function choose(id) {
 
 async function upload(blob, name) {
   if (!blob) return;
-  if (blob.type && !blob.type.startsWith("image/")) return refuse("This is no photo. Choose a JPEG or PNG of one person.");
+  if (motions.holds(blob)) return motions.take(blob, byId("problem"));
+  if (blob.type.startsWith("video/")) return clip.take(blob, byId("problem"));
+  if (blob.type && !blob.type.startsWith("image/")) return refuse("This is no photo, video or motion. Choose a JPEG or PNG of one person.");
   if (choices && blob.size > choices.upload) return refuse(`This is larger than ${choices.upload >> 20} MB; choose a smaller photo.`);
   await send(`api/photos?name=${encodeURIComponent(name || "photo")}`, { method: "POST", body: blob });
 }
@@ -177,7 +180,8 @@ const panel = new PhotoPanel({
   },
   films: id => state.jobs.filter(job => job.photo === id).length,
 });
-const clip = new Clip(() => photoOf(chosen), () => choices, () => poll(), title => { performance_.copy(title); });
+const clip = new Clip(() => photoOf(chosen), () => choices, () => poll(), copied => { performance_.copy(copied); });
+const motions = new Motions(() => choices, () => poll(), copied => { performance_.copy(copied); });
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
 // --- what the person does
@@ -318,6 +322,7 @@ async function poll() {
     byId("lost").hidden = true;
     showPeople();
     films.show(state.jobs, photoOf);
+    motions.show(state.motions);
     byId("films").hidden = !state.jobs.length;
     say(byId("full"), state.problem);
     byId("damaged").hidden = !state.damaged;

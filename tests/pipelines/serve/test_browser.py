@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import re
 import signal
@@ -15,8 +16,10 @@ import psutil
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect
 
+from a2v.formats.bvh import write_bvh
 from a2v.perception import read_corrections
 from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
+from tests.support.motions import person
 from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -161,6 +164,41 @@ def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
     assert len(asked) >= 4
     page.locator("#action").fill("xyzzy plugh")
     expect(page.locator("#understood.bad")).to_be_visible()
+
+
+DROP = """([data, name]) => {
+  const bytes = Uint8Array.from(atob(data), letter => letter.charCodeAt(0)), moved = new DataTransfer();
+  moved.items.add(new File([bytes], name));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: moved, bubbles: true, cancelable: true }));
+}"""
+"""Script: a file is dropped on the page."""
+
+
+def test_a_motion_file_is_played_by_who_is_on_the_stage(
+    visit: Callable[..., Page], tmp_path: Path
+) -> None:
+    write_bvh(tmp_path / "my dance.bvh", person(frames=45))
+    data = base64.b64encode((tmp_path / "my dance.bvh").read_bytes()).decode()
+    page = visit()
+    on_stage(page, "sample")
+    with page.expect_response(lambda one: one.url.endswith("/play")) as answered:
+        page.evaluate(DROP, [data, "my dance.bvh"])
+    assert len(answered.value.request.post_data_json["wish"]["motion"]) == 16
+    expect(page.locator("#doing")).to_have_text("my dance")
+    expect(page.locator("#chips")).to_contain_text("my dance")
+    expect(page.locator("#who")).to_have_text("Sample person")
+    page.get_by_role("button", name="Stand still").click()
+    expect(page.locator("#chips .none")).to_be_visible()
+    page.locator("summary", has_text="Copy a motion").click()
+    page.get_by_role("button", name=re.compile("^my dance")).click()
+    expect(page.locator("#doing")).to_have_text("my dance")
+    page.locator("#motion-file").set_input_files(
+        {"name": "broken.bvh", "mimeType": "", "buffer": b"HIERARCHY"}
+    )
+    expect(page.locator("#motion-problem")).to_contain_text("Line 1")
+    expect(page.locator("#doing")).to_have_text("my dance")
+    page.get_by_role("button", name="Remove my dance").click()
+    expect(page.locator("#motions li")).to_have_count(0)
 
 
 def test_an_action_is_tried_under_the_pointer(visit: Callable[..., Page]) -> None:

@@ -76,6 +76,7 @@ def follow_video(
         frames = length_of(frames=plan.frames, seconds=plan.seconds, fps=plan.fps)
     asked = {
         "motion_file": File.of(filmed.from_video),
+        "motion_clip": "",
         "action": plan.action,
         "frames": frames,
         "fps": plan.fps,

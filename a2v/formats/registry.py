@@ -20,6 +20,7 @@ from a2v.errors import InputError
 from a2v.formats.bare import write_skeleton
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.characters import Clips, Strengths
+from a2v.formats.conventions import clip_number
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.formats.fbx import STARTS as FBX_STARTS
 from a2v.formats.fbx import fbx_to_glb, write_fbx
@@ -45,7 +46,7 @@ class MotionFormat:
         Lower case, with the dot.
     read : function of (path, action, clip) or None
         Reads a file to a `Motion`; `action` is its name if the file has none, `clip` the wanted one
-        of several ("" for the best).
+        of several ("" for the best); an unknown clip is refused with a list of those there.
     holds : function of bytes or None
         Whether a file that begins with these bytes is of this kind. None: its suffix decides.
     write : function of (path, motion) or None
@@ -96,11 +97,28 @@ class CharacterFormat:
     write: CharacterWriter
 
 
-def _read_arrays(path: Path, action: str, _: str) -> Motion:
+def _read_arrays(path: Path, action: str, clip: str) -> Motion:
     """Read our own ``.npz``, or arrays of other tools."""
     with open_file(path) as stream, reading(path, "readable .npz"):
         ours = is_zipfile(stream) and "joint_names.npy" in ZipFile(stream).namelist()
-    return Motion.load(path) if ours else read_smpl_motion(path, action=action)
+    if not ours:
+        return read_smpl_motion(path, action=action, clip=clip)
+    motion = Motion.load(path)
+    count = motion.batch[0] if motion.batch else 1
+    if not clip:
+        return motion
+    number = clip_number(path, clip, count)
+    return motion[number] if motion.batch else motion
+
+
+def _alone(read: Callable[..., Motion]) -> Callable[[Path, str, str], Motion]:
+    """Return a reader of a format whose files have one motion."""
+
+    def read_one(path: Path, action: str, clip: str) -> Motion:
+        clip_number(path, clip, 1)
+        return read(path, action=action)
+
+    return read_one
 
 
 def _read_bones(path: Path, action: str, clip: str) -> Motion:
@@ -117,7 +135,7 @@ def _read_fbx(path: Path, action: str, clip: str) -> Motion:
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
     MotionFormat(
         suffixes=(".bvh",),
-        read=lambda path, action, _: read_bvh(path, action=action),
+        read=_alone(read_bvh),
         holds=lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n")[:9].upper() == b"HIERARCHY",
         write=write_bvh,
     ),
@@ -151,7 +169,7 @@ MOTION_FORMATS: tuple[MotionFormat, ...] = (
     MotionFormat(suffixes=(".gltf", ".vrm", ".vrma"), read=_read_bones, title=".vrma"),
     MotionFormat(
         suffixes=(".txt", ".json"),
-        read=lambda path, action, _: read_deepmimic(path, action=action),
+        read=_alone(read_deepmimic),
         holds=lambda head: head.lstrip()[:1] == b"{" and b'"Frames"' in head,
         title="DeepMimic's .txt",
     ),
@@ -211,6 +229,18 @@ def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Form
     )
 
 
+def split_clip(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """Split ``FILE#CLIP`` into the file and the name or number of a motion in it, "" without one.
+
+    A file whose own name holds a # stays whole.
+    """
+    whole = Path(path)
+    if "#" not in whole.name or whole.exists():
+        return whole, ""
+    name, _, clip = whole.name.rpartition("#")
+    return whole.with_name(name), clip
+
+
 def read_motion(
     path: str | os.PathLike[str],
     *,
@@ -225,13 +255,13 @@ def read_motion(
     path : path
         BVH (`read_bvh`); our ``.npz``; arrays of AMASS, SMPL-X, MDM... (`read_smpl_motion`);
         FBX, GLB and VRM animations (`read_moving_bones`); DeepMimic's ``Frames``. ``FILE#CLIP``
-        names the animation of a file that has several.
+        (`split_clip`) names the motion of a file that has several.
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str
         Name to store if the file has none; the file's stem by default.
     clip : str
-        Name or number of the animation, in place of ``#CLIP``.
+        Name or number, from 0, of the motion, in place of ``#CLIP``.
 
     Returns
     -------
@@ -241,14 +271,13 @@ def read_motion(
     Raises
     ------
     InputError
-        Unknown kind or unreadable file; the message names it (and the line in text formats).
+        Unknown kind or unreadable file; the message names it (and the line in text formats). The
+        file has no such clip; the message lists those there.
     MissingDependencyError
         An FBX or a compressed glTF needs Node.
     """
-    source = Path(path)
-    if not clip and "#" in source.name and not source.exists():
-        name, _, clip = source.name.rpartition("#")
-        source = source.with_name(name)
+    source, named = split_clip(path)
+    clip = clip or named
     with open_file(source) as stream:
         head = stream.read(_HEAD)
     suffix = source.suffix.lower()

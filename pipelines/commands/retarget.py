@@ -12,7 +12,7 @@ from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
 from a2v.formats.gltf.people import has_skin, read_person, write_map_of
 from a2v.formats.gltf.person_clips import write_person
-from a2v.formats.registry import read_motion, readable_motions
+from a2v.formats.registry import read_motion, readable_motions, split_clip
 from a2v.io import say
 from a2v.motion.edit import Edit, edited
 from a2v.motion.on_rig import retarget_edited
@@ -170,11 +170,10 @@ def _wanted(options: Options) -> dict[str, str | None]:
         for part in (options.action, *options.actions.split(","))
         if part.strip()
     ]
-    asked += [
-        (Path(part.strip()).stem, part.strip())
-        for part in options.motions.split(",")
-        if part.strip()
-    ]
+    for part in filter(None, map(str.strip, options.motions.split(","))):
+        file, clip = split_clip(part)
+        number = f"{file.stem} {clip}" if clip.isdecimal() else clip
+        asked.append((number or file.stem, part))
     names = [name for name, _ in asked]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(

@@ -48,9 +48,15 @@ def motion(
 
 @memo()
 def recorded_motion(
-    motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings
+    motion_file: File,
+    motion_clip: str,
+    action: str,
+    frames: int,
+    fps: float,
+    edit: Edit,
+    follow: FollowSettings,
 ) -> Ref[Motion]:
-    """Read a motion file, or track the person in a video.
+    """Read a motion file, or the `motion_clip` of several in it, or track the person in a video.
 
     The result has the first `frames` at `fps` and in the given tempo. The motion still travels.
     """
@@ -72,7 +78,7 @@ def recorded_motion(
         measure(found.facts)
         made = found.motion
     else:
-        made = read_motion(motion_file.path, action=action)
+        made = read_motion(motion_file.path, action=action, clip=motion_clip)
         for remark in made.provenance.get("notes", ()):
             note(remark)
     if made.batch:

@@ -40,7 +40,7 @@ FRAMES = "length in frames, in place of --seconds"
 FPS = "frames per second"
 """Help of options with these names."""
 
-MOTION_FILES = ".bvh, .fbx, .glb, .npz... (docs/formats.md), or a video"
+MOTION_FILES = ".bvh, .fbx, .glb, .npz... (FILE#CLIP for one of several, docs/formats.md), a video"
 """Help of the options that name a motion file."""
 FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
@@ -262,6 +262,8 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
             The model, file or action is unknown (the message lists the nearest actions), or a
             number is out of range.
         """
+        from a2v.formats.registry import split_clip
+
         moving: Parameters = {"edit": self.edit, **self.parameters()}
         if self.motion is not None:
             alone = ("timeline", *(item.name for item in dataclasses.fields(WayOptions)))
@@ -270,10 +272,12 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
                     f"{given[0]} cannot be given with motion; a recorded motion has its own path"
                 )
             length = length_of(frames=self.frames, seconds=self.seconds, fps=self.fps)
+            file, clip = split_clip(self.motion)
             return ResolvedMotion(
                 parameters={
                     **moving,
-                    "motion_file": File.of(self.motion),
+                    "motion_file": File.of(file),
+                    "motion_clip": clip,
                     "action": self.action,
                     "frames": length,
                     "fps": self.fps,

@@ -113,7 +113,7 @@ def demand_person(
         f"{bones[0].at(source)}: unknown joints: no "
         f"{', '.join(name.replace('_', ' ') for name in missing[:4])}"
         f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or "
-        "SMPL's names"
+        "SMPL's names, or name them with --motion-bone-map FILE, which writes the table first"
     )
 
 

@@ -95,10 +95,12 @@ def read_keyframes(
         key = Keyframe(time=_checked(time), at=None if to is None else (to[0], to[1]), heading=turn)
         if kind == "pose":
             file = Path(source).parent / str(entry["file"])
-            number = str(entry.get("pose", 0))
-            if not number.isdecimal():
-                raise InputError(f"pose of {where} is {brief(number)} and names no pose; give 0")
-            key = placed(read_poses(f"{file}#{number}", model)[0][1], key, model.skeleton)
+            pose = str(entry.get("pose", 0))
+            if not pose.isdecimal():
+                raise InputError(
+                    f"pose of {where} is {brief(pose)} and names no pose; count from 0"
+                )
+            key = placed(read_poses(f"{file}#{pose}", model)[0][1], key, model.skeleton)
         keys.append(key)
     return keys, holds
 

@@ -134,7 +134,10 @@ class VideoRequest:
         )
 
 
-FILES = ("photo", "mask", "keypoints", "corrections", "motion", "timeline", "keyframes")
+FILES = (
+    *("photo", "mask", "keypoints", "corrections"),
+    *("motion", "motion_bone_map", "timeline", "keyframes"),
+)
 """Values that name a file."""
 MAYBE_FILES = ("model", "background", "camera", "look", "path")
 """Values that may."""

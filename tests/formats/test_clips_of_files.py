@@ -22,8 +22,8 @@ from pipelines.graph import video_graph
 from pipelines.requests.motion import MotionRequest
 from pipelines.requests.video import VideoRequest
 from pipelines.run import run
-from tests.formats.test_motion_readers import FILES
 from tests.support.motions import person
+from tests.support.smpl_files import FILES
 
 LENGTHS = {"two.glb#Short one": 9, "two.glb#1": 9, "two.glb#Walk": 24, "two.glb": 24}
 LENGTHS |= {"mdm.npy": 40, "mdm.npy#1": 30, "people.pkl": 40, "people.pkl#0": 5, "one.bvh#0": 9}
@@ -99,7 +99,7 @@ def test_a_table_of_jobs_and_a_first_pose_take_it_too(folder: Path) -> None:
     (folder / "jobs.csv").write_text("photo,motion\nme.jpg,two.glb#Short one\n")
     (row,) = read_rows(folder / "jobs.csv", VideoRequest.of(photo="me.jpg"))
     assert not row.problem
-    assert row.request.motion.resolve().parameters["motion_clip"] == "Short one"
+    assert row.request.motion.resolve().parameters["motion_file"].clip == "Short one"
     model = MotionModel.load("cmu")
     last = read_poses(f"{folder}/two.glb#Short one#8", model)[0][1]
     assert np.allclose(last, read_poses(f"{folder}/two.glb#Walk#8", model)[0][1], atol=1e-3)

@@ -143,8 +143,9 @@ def _read(source: str, content: Any, action: str, clip: str) -> Motion:
     if up != kind.up:
         notes.append(f"the person stands along {up}, not along the usual {kind.up}")
     fps = _fps(arrays, kind, notes)
-    recording = replace(recording, source=source, fps=fps, up=up, notes=tuple(notes))
-    return motion_of(recording, units="meters", action=action, facts={"format": kind.title})
+    facts = {"format": kind.title}
+    recording = replace(recording, source=source, fps=fps, up=up, notes=tuple(notes), facts=facts)
+    return motion_of(recording, units="meters", action=action)
 
 
 def _part(

@@ -121,8 +121,9 @@ def _retarget(
         odd = ", ".join(
             person.body.bone_names[bone] or "a nameless bone" for bone in person.odd[:4]
         )
+        stay = "stays" if len(person.odd) == 1 else "stay"
         notes.append(
-            f"{odd} of {source.name} stay in the pose of the file: mirrored or scaled unevenly"
+            f"{odd} of {source.name} {stay} in the pose of the file: mirrored or scaled unevenly"
         )
     edit, carried = (
         options.edits.edit,

@@ -14,6 +14,7 @@ import numpy as np
 from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
 from a2v.footage import FollowSettings
+from a2v.formats.registry import split_clip
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
@@ -269,8 +270,6 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
             The model, file or action is unknown (the message lists the nearest actions), or a
             number is out of range.
         """
-        from a2v.formats.registry import split_clip
-
         moving: Parameters = {"edit": self.edit, **self.parameters()}
         if self.motion is not None:
             alone = ("timeline", *(item.name for item in dataclasses.fields(WayOptions)))

@@ -90,6 +90,8 @@ def test_a_film_takes_the_named_clip(folder: Path, tmp_path: Path) -> None:
         )
 
     assert made("two.glb#Short one").frames == 9
+    named = VideoRequest.of(photo="me.jpg", motion=f"{folder}/two.glb#Short one").files()
+    assert named["motion"] == f"{folder}/two.glb"  # what the report has the digest of
     assert made("two.glb").frames == 24
     with pytest.raises(InputError, match="1 'Short one'"):
         made("two.glb#Jump")

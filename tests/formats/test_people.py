@@ -290,7 +290,7 @@ def test_an_odd_leaf_bone_stays_as_it_is_and_is_named(scale: list[float], tmp_pa
     write_bvh(motion, walker(frames=4))
     words = ("--character", tmp_path / "a.glb", "--motions", motion, "--out", target)
     told = answered(*map(str, words))
-    assert "hair of a.glb stay in the pose of the file" in told.notes[0]
+    assert "hair of a.glb stays in the pose of the file" in told.notes[0]
     tree["nodes"][names.index("LeftLeg")]["scale"] = scale
     (tmp_path / "a.glb").write_bytes(glb(tree, binary))
     with pytest.raises(InputError, match=r"scaled unevenly \(LeftLeg"):

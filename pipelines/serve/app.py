@@ -173,12 +173,15 @@ class Handlers:
         steps, matches = await self._desk.threads.do(understood, MODELS[0], text)
         parts = [
             {
-                "text": match.text,
+                "words": match.text,
                 "action": step.action,
                 "title": title_of(step.action),
                 "seconds": step.seconds,
                 "near": [{"action": name, "title": title_of(name)} for name in match.others[:3]],
-                "wishes": [told.line() for told in match.told],
+                "wishes": [
+                    {"text": for_page(told.text), "kept": told.kept, "why": for_page(told.why)}
+                    for told in match.told
+                ],
             }
             for step, match in zip(steps, matches, strict=True)
         ]

@@ -229,14 +229,16 @@ let reading = 0, typing;
 async function read() {
   const own = ++reading, text = action.value.trim();
   understood.className = "understood";
+  say(byId("unkept"), "");
   gallery.show(choices.actions, text, byId("theme").value);
   if (!text) { understood.textContent = ""; return; }
   try {
     const found = await ask("api/words", { method: "POST", body: JSON.stringify({ text }) });
     if (own !== reading) return;
     understood.classList.add("good");
-    understood.textContent = `Understood: ${found.parts.map(part => part.title).join(", then ")}`;
-    performance_.set(found.parts);
+    understood.textContent = `Understood: ${found.parts.map(part => [part.title, ...part.wishes.filter(wish => wish.kept).map(wish => wish.text)].join(", ")).join("; then ")}`;
+    say(byId("unkept"), found.parts.flatMap(part => part.wishes).filter(wish => !wish.kept).map(wish => `Not kept: ${wish.text}${wish.why ? ` (${wish.why})` : ""}.`).join(" "));
+    performance_.set(found.parts, text);
   } catch (error) {
     if (own !== reading) return;
     understood.classList.add("bad");

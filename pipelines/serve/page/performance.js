@@ -7,7 +7,7 @@ export class Performance {
   /** `changed` hears that something else is to be played. */
   constructor(changed) {
     this.changed = changed;
-    this.now = { parts: [], speed: 1, mirror: false, seed: 0, path: [], copied: null };
+    this.now = { parts: [], text: "", speed: 1, mirror: false, seed: 0, path: [], copied: null };
     this.past = [];
     this.open = -1;
     byId("speed").onchange = () => this.change({ speed: Number(byId("speed").value) });
@@ -21,9 +21,10 @@ export class Performance {
   get parts() { return this.now.parts; }
   get path() { return this.now.path; }
 
+  /** The typed `text` holds until its parts are changed. */
   change(some) {
     this.past = [...this.past.slice(-99), this.now];
-    this.now = { ...this.now, ...some };
+    this.now = { ...this.now, ...(some.parts ? { text: "" } : {}), ...some };
     this.show();
     this.changed();
   }
@@ -41,11 +42,11 @@ export class Performance {
     this.change(append ? { parts: [...this.parts, part], copied: null } : { parts: [part], path: [], copied: null });
   }
 
-  /** The parts of a sentence. */
-  set(parts) {
-    const found = parts.map(part => ({ action: part.action, title: part.title, seconds: Math.min(MOST, Math.max(LEAST, part.seconds || SECONDS)), near: part.near || [] }));
+  /** The parts of a sentence; where they are not changed, the sentence itself is played, with all its wishes. */
+  set(parts, text) {
+    const found = parts.map(part => ({ action: part.action, words: part.wishes.length ? part.words : "", title: part.title, seconds: Math.min(MOST, Math.max(LEAST, part.seconds || SECONDS)), near: part.near || [] }));
     this.open = -1;
-    if (this.now.copied || JSON.stringify(found) !== JSON.stringify(this.parts)) this.change({ parts: found, copied: null });
+    if (this.now.copied || text !== this.now.text) this.change({ parts: found, text, copied: null });
   }
 
   /** A recorded motion in place of actions: `title`, and `motion` and `seconds` of a file. */
@@ -63,8 +64,8 @@ export class Performance {
       return { action: title, seconds: seconds || 10, speed, mirror, ...(motion ? { motion } : { clip: true }) };
     }
     if (!now.parts.length) return null;
-    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0);
-    const action = now.parts.length > 1 ? now.parts.map(part => `${part.action} for ${part.seconds} s`).join(", then ") : now.parts[0].action;
+    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0), called = part => part.words || part.action;
+    const action = now.text || (now.parts.length > 1 ? now.parts.map(part => `${called(part)} for ${part.seconds} s`).join(", then ") : called(now.parts[0]));
     return { action, seconds: Math.min(60, seconds), speed, mirror, seed, path: path.map(point => point.map(value => value.toFixed(2)).join(",")).join(" ") };
   }
 
@@ -118,7 +119,7 @@ export class Performance {
     label.append(length);
     box.replaceChildren(label, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
       act("Remove", () => { this.open = -1; this.change({ parts: this.parts.filter((_, index) => index !== at) }); }),
-      ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, title: other.title, near: [] }))));
+      ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, words: "", title: other.title, near: [] }))));
   }
 }
 

@@ -147,18 +147,18 @@ def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
     expect(page.locator("#chips .chip")).to_have_count(1)
     page.keyboard.press("Space")
     expect(page.locator("#play")).to_have_attribute("aria-label", "play")
-    page.locator("#action").fill("walk for 2 s, then eat a burger")
-    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    page.locator("#action").fill("walk for 2 s, then bow")
+    expect(page.locator("#doing")).to_have_text("Walk, then Bow")
     expect(page.locator("#chips small")).to_have_text(["2 s", "4 s"])
     expect(page.locator("#play")).to_have_attribute("aria-label", "pause")
     page.locator("#chips .chip").first.click()
     page.get_by_role("button", name="Later").click()
-    expect(page.locator("#doing")).to_have_text("Eating a burger, then Walk")
+    expect(page.locator("#doing")).to_have_text("Bow, then Walk")
     page.get_by_role("button", name="Mirror").click()
     expect(page.locator("#mirror")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="Undo").click()
     page.get_by_role("button", name="Undo").click()
-    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    expect(page.locator("#doing")).to_have_text("Walk, then Bow")
     page.get_by_role("button", name="Stand still").click()
     expect(page.locator("#chips .none")).to_be_visible()
     assert len(asked) >= 4
@@ -199,6 +199,26 @@ def test_a_motion_file_is_played_by_who_is_on_the_stage(
     expect(page.locator("#doing")).to_have_text("my dance")
     page.get_by_role("button", name="Remove my dance").click()
     expect(page.locator("#motions li")).to_have_count(0)
+
+
+def test_the_wishes_of_words_are_played_and_told(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    typed = "kick with the left leg three times, then sit twice"
+    with page.expect_request(lambda one: one.url.endswith("/play")) as asked:
+        page.locator("#action").fill(typed)
+    assert asked.value.post_data_json["wish"]["action"] == typed
+    expect(page.locator("#understood")).to_have_text(
+        "Understood: Kick, 3 times, left side; then Sit"
+    )
+    expect(page.locator("#unkept")).to_contain_text("Not kept: 2 times (Sit has no end")
+    page.locator("#chips .chip").last.click()
+    with page.expect_request(lambda one: one.url.endswith("/play")) as asked:
+        page.get_by_role("button", name="Remove", exact=True).click()
+    action = asked.value.post_data_json["wish"]["action"]
+    assert action == "kick with the left leg three times"  # a wish outlives changes of the row
+    page.locator("#action").fill("walk")
+    expect(page.locator("#unkept")).to_be_hidden()
 
 
 def test_an_action_is_tried_under_the_pointer(visit: Callable[..., Page]) -> None:

@@ -24,6 +24,7 @@ _TYPES = {
     ".svg": "image/svg+xml",
     ".jpg": "image/jpeg",
     ".png": "image/png",
+    ".gif": "image/gif",
     ".webp": "image/webp",
     ".mp4": "video/mp4",
     ".glb": "model/gltf-binary",

@@ -18,9 +18,10 @@ from a2v.motion.plan import AUTO, plan_motion
 from a2v.motion.prompts import Match, Step
 from a2v.rendering.looks import LOOKS
 from a2v.types import VIEWS
-from pipelines.requests.film import FOLLOW, STILL
+from pipelines.requests.film import FOLLOW, STILL, FilmRequest
 from pipelines.requests.motion import length_of
 from pipelines.requests.video import VideoRequest
+from pipelines.sprites import DIRECTIONS, MAX_SIDE
 from pipelines.stages import title_of
 
 ALL_VIEWS = (*VIEWS, "turntable")
@@ -40,8 +41,17 @@ _PATH = re.compile(
 _IDENTITY = re.compile("|[0-9a-f]{16}")
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Aspect ratios of a view that the page offers."""
+CHOICES: Mapping[str, tuple[object, ...]] = {
+    "look": LOOKS,
+    "aspect": ASPECTS,
+    "camera": (FOLLOW, STILL),
+    "animation": ("", "gif", "webp"),
+    "sprites": (0, *DIRECTIONS),
+}
+"""Values of settings that have few."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
 """Motion models that the page offers: all sources together, and each source alone."""
+_PLAIN = FilmRequest()
 IDLE = "Idle"
 """Action of a person who waits."""
 FIRST = (
@@ -101,6 +111,11 @@ class Wish:
         Tempo factor.
     mirror : bool
         Whether left and right are exchanged.
+    animation : str
+        "gif" or "webp" for such a file beside the video; "" for none.
+    sprites : int
+        Number of directions of a sprite sheet, whose views and background replace those given; 0
+        for none.
     """
 
     action: str
@@ -120,6 +135,8 @@ class Wish:
     motion: str = ""
     speed: float = 1.0
     mirror: bool = False
+    animation: str = ""
+    sprites: int = 0
 
     def __post_init__(self) -> None:
         if (
@@ -173,11 +190,17 @@ class Wish:
                 f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in "
                 f"meters, each at most 99.99"
             )
-        for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
+        for name, known in CHOICES.items():
             if getattr(self, name) not in known:
                 raise InputError(
-                    f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}"
+                    f"{name} is {brief(getattr(self, name))}; choose from "
+                    f"{', '.join(map(str, known))}"
                 )
+        if self.sprites and self.size * self.frames > MAX_SIDE:
+            raise InputError(
+                f"a sheet of {self.frames} pictures of {self.size} pixels is too wide; choose "
+                "smaller sprites, fewer a second, or a shorter motion"
+            )
 
     @classmethod
     def of(cls, said: object) -> Wish:
@@ -217,6 +240,11 @@ class Wish:
         return self.clip or bool(self.motion)
 
     @property
+    def pictures(self) -> int:
+        """Number of rendered pictures of the video."""
+        return self.frames * (self.sprites or len(self.views))
+
+    @property
     def frames(self) -> int:
         """Number of frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
@@ -234,7 +262,10 @@ class Wish:
         video or file with the motion.
         """
         said = self.said() | {"path": self.path or None, "motion": None}
-        del said["clip"]
+        for name in ("clip", "animation", "sprites"):
+            del said[name]
+        if self.sprites:
+            said |= {name: getattr(_PLAIN, name) for name in ("views", "background", "camera")}
         if self.recorded:
             said = {**said, "motion": clip, "model": AUTO, "seed": 0}
         return VideoRequest.of(

@@ -239,10 +239,11 @@ def test_python_gives_the_parameters_of_the_command_line(folder, monkeypatch, tm
 def test_the_page_asks_by_the_same_names():
     kinds = {item.name for item in dataclasses.fields(Wish)}
     # an uploaded video or motion is named by its id; the request gets its path as `motion`
-    assert kinds - {"clip"} <= set(names())
+    own = {"clip", "animation", "sprites"}  # the last two are files beside the video
+    assert kinds - own <= set(names())
     wish = Wish(action="Walk", seconds=2.0, views=("front", "back"), size=128)
     asked = wish.request("a.jpg")
-    said = {name: value for name, value in wish.said().items() if name not in ("clip", "motion")}
+    said = {name: value for name, value in wish.said().items() if name not in {*own, "motion"}}
     assert asked == VideoRequest.of(photo="a.jpg", **(said | {"path": None}))
     assert (asked.film.views, asked.motion.seconds, asked.person.photo) == (
         "front,back",

@@ -223,6 +223,8 @@ SCREENS: Mapping[str, tuple[dict[str, bool] | None, Callable[[Page], None]]] = {
     "films": ({}, unfold),
     "clip": ({"jobs": False}, _export("Clip")),
     "film": ({"jobs": False}, _export("Film")),
+    "gif": ({"jobs": False}, _export("GIF")),
+    "sprites": ({"jobs": False}, _export("Sprites")),
     "character": ({"jobs": False}, _export("Person")),
 }
 """By name: arguments of `Screens.state` (None: the server's own, which has no record), and what is

@@ -26,9 +26,10 @@ let formed = "";  // which stages of which photo were shown
 const photoOf = id => state.photos.find(photo => photo.id === id);
 const acting = () => (onStage === SAMPLE || onStage === chosen ? onStage : "");  // who can act now
 
-function choose(id) {
+/** Bring a person on the stage; `way` is how the address changes, so that "back" leads to the one before. */
+function choose(id, way = "replaceState") {
+  if (way && id !== chosen) history[way](null, "", id === SAMPLE ? location.pathname : `#photo=${id}`);
   chosen = id;
-  history.replaceState(null, "", id === SAMPLE ? location.pathname : `#photo=${id}`);
   say(byId("problem"), "");
   showPeople();
 }
@@ -60,7 +61,7 @@ async function send(address, how) {
     photo = await ask(address, how);
     asked += 1;  // an answer under way does not know this photo
     state.photos.push(photo);
-    choose(photo.id);
+    choose(photo.id, "pushState");
     poll();
   } catch (error) { refuse(error.message); }
   byId("doing").textContent = "";
@@ -80,7 +81,7 @@ function showPeople() {
     button.setAttribute("aria-pressed", id === chosen);
     button.setAttribute("aria-label", title);
     button.append(picture ? make("img", { src: picture, alt: "" }) : "…");
-    button.onclick = () => choose(id);
+    button.onclick = () => choose(id, "pushState");
     return button;
   };
   byId("people").replaceChildren(face(SAMPLE, "the sample person", "page/sample.webp"),
@@ -340,7 +341,11 @@ async function poll() {
 }
 byId("damaged").lastElementChild.onclick = () => ask("api/damaged", { method: "DELETE" }).catch(() => {}).then(poll);
 document.addEventListener("visibilitychange", () => { if (!document.hidden) poll(); });
-window.addEventListener("hashchange", () => choose(new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE));
+window.addEventListener("popstate", () => {
+  for (const dialog of document.querySelectorAll("dialog[open]")) dialog.dispatchEvent(new Event("cancel", { cancelable: true })) && dialog.close();
+  const id = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
+  if (id !== chosen) choose(id, "");
+});
 
 /** The script of the viewer, after the first paint. */
 function loadViewer() {

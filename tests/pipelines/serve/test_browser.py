@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import re
 import signal
 import time
@@ -14,6 +15,7 @@ from typing import Any
 
 import psutil
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect
 
 from a2v.formats.bvh import write_bvh
@@ -347,6 +349,70 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     with page.expect_download() as download:
         page.get_by_role("button", name="Save the page").click()
     assert Path(download.value.path()).read_bytes().startswith(b"<!DOCTYPE html>")
+
+
+def test_the_back_button_closes_dialogs_and_brings_the_last_person(
+    visit: Callable[..., Page],
+) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    photo = page.evaluate(
+        "async () => (await (await fetch('api/sample', { method: 'POST' })).json()).id"
+    )
+    face = page.locator("#people button").nth(1)
+    expect(face).to_be_visible()
+    face.click()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.locator("#export").click()
+    expect(page.locator("#exporting")).to_be_visible()
+    page.go_back()
+    expect(page.locator("#exporting")).to_be_hidden()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.locator("#camera").click()
+    page.locator("#shut").click()  # closed by its own button: nothing is left to go back over
+    expect(page.locator("#shutter")).to_be_hidden()
+    page.wait_for_function("() => !history.state")
+    page.go_back()
+    expect(page.locator("#who")).to_have_text("Sample person")
+    page.go_forward()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.evaluate("id => fetch(`api/photos/${id}`, { method: 'DELETE' })", photo)
+
+
+@pytest.mark.slow
+def test_a_gif_and_sprites_are_made(visit: Callable[..., Page], server: Server) -> None:
+    page = visit()
+    upload_sample(page, server)
+    page.locator("#actions button", has_text="Jump").first.click()
+    page.locator("#chips .chip").first.click()
+    page.get_by_label(re.compile("^Seconds of")).fill("0.5")
+    page.keyboard.press("Tab")
+    made = {}
+    for tab, button, chosen in (
+        ("GIF", "Make the GIF", {}),
+        ("Sprites", "Make the sprites", {"Directions": "4", "Size": "64"}),
+    ):
+        page.locator("#export").click()
+        page.get_by_role("tab", name=tab).click()
+        for label, value in chosen.items():
+            page.get_by_label(label).select_option(value)
+        with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
+            page.get_by_role("button", name=button).click()
+        card = page.locator(f"#job-{answered.value.json()['id']}")
+        expect(card.locator(".badge")).to_have_text("ready", timeout=LONG)
+        expect(card.locator(".result img")).to_be_visible()
+        with page.expect_download() as download:
+            card.get_by_role("link", name=re.compile("^Download the (GIF|sprites)")).click()
+        made[tab] = Image.open(download.value.path())
+        if tab == "Sprites":
+            card.locator("summary").click()
+            with page.expect_download() as download:
+                card.get_by_role("link", name=re.compile("places of the sprites")).click()
+            facts = json.loads(Path(download.value.path()).read_text())
+    assert (made["GIF"].format, made["GIF"].n_frames) == ("GIF", 6)
+    assert len(facts["frames"]) == 4 * 4  # directions, frames
+    assert facts["meta"]["size"] == dict(zip("wh", made["Sprites"].size, strict=True))
+    assert made["Sprites"].getextrema()[3] == (0, 255)
 
 
 @pytest.mark.slow

@@ -20,6 +20,7 @@ from a2v.types import Motion
 from pipelines.serve.acts import SAMPLE
 from pipelines.serve.library import Library
 from pipelines.serve.wishes import Wish
+from pipelines.sprites import seen_around
 from tests.support.page import Server
 from tests.support.uploads import hostile_uploads
 
@@ -144,6 +145,19 @@ def test_hostile_files_leave_a_sentence_and_a_running_server(server: Server) -> 
         assert status == 400, (number, told)
         assert "something went wrong" not in told["problem"], (number, data[:40])
     assert not list(server.folder.glob("incoming/*"))
+
+
+def test_a_wish_for_sprites_has_views_of_its_own() -> None:
+    wish = Wish(
+        action="Walk", sprites=8, size=128, fps=8.0, seconds=2.0, views=("front",), camera="still"
+    )
+    assert wish.pictures == 8 * 16
+    film = seen_around(wish.request("me.jpg"), wish.sprites).film
+    assert film.background == "transparent"
+    assert Wish(action="Walk", animation="gif").request("me.jpg").film.views
+    for wrong in ({"sprites": 5}, {"sprites": 8, "size": 1080, "seconds": 3}, {"animation": "mp4"}):
+        with pytest.raises(InputError):
+            Wish.of({"action": "x", **wrong})
 
 
 def test_a_wish_names_a_motion_by_its_identity() -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.io import shorten, user_cache_folder
-from a2v.system import link_folder
+from a2v.system import link_folder, without_bound
 
 
 def find_node() -> str | None:
@@ -88,7 +88,7 @@ def _run(command: list[str], arguments: list[str], title: str) -> str:
     }
     try:
         done = subprocess.run(
-            [*command, *arguments],
+            without_bound([*command, *arguments]),
             capture_output=True,
             text=True,
             timeout=SECONDS,

@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 WINDOWS = sys.platform == "win32"
@@ -113,7 +113,10 @@ def start_method() -> str:
 
 
 def bound_memory(size: int) -> None:
-    """Limit the address space of this process to `size` bytes; no effect on Windows."""
+    """Limit the address space of this process to `size` bytes; no effect on Windows.
+
+    Programs that it starts have the same limit, or that of `without_bound`.
+    """
     if sys.platform != "win32":
         import resource
 
@@ -124,7 +127,27 @@ def bound_memory(size: int) -> None:
                 if sys.platform == "darwin"
                 else contextlib.nullcontext()
             ):  # macOS may refuse
-                resource.setrlimit(resource.RLIMIT_AS, (size, size))
+                resource.setrlimit(resource.RLIMIT_AS, (size, most))
+
+
+_UNBOUND = (
+    "import os, resource as r, sys; most = r.getrlimit(r.RLIMIT_AS)[1]; "
+    "r.setrlimit(r.RLIMIT_AS, (most, most)); os.execv(sys.argv[1], sys.argv[1:])"
+)
+
+
+def without_bound(command: Sequence[str]) -> list[str]:
+    """Return a command that starts `command`, a program's path and arguments, without the limit of
+    `bound_memory`.
+
+    WebAssembly reserves far more addresses than it uses.
+    """
+    if sys.platform == "win32":
+        return [*command]
+    import resource
+
+    now, most = resource.getrlimit(resource.RLIMIT_AS)
+    return [*command] if now == most else [sys.executable, "-I", "-S", "-c", _UNBOUND, *command]
 
 
 def end_group(process: int, *, hard: bool) -> None:

@@ -86,6 +86,7 @@ class MotionKeywords(TypedDict, total=False):
     retarget: RetargetSettings | Mapping[str, object]
     blink: BlinkSettings | Mapping[str, object]
     motion: Text | None
+    motion_bone_map: Text | None
     follow: FollowSettings | Mapping[str, object]
 
 
@@ -115,9 +116,7 @@ class FileKeywords(TypedDict, total=False):
     author: Text
     license_url: Text
     vrm: Literal["1.0", "0.x"]
-    rig: Literal[
-        "anny", "mixamo", "vrm", "unreal", "unity", "rigify", "talkinghead", "godot", "smpl"
-    ]
+    rig: Literal["anny", "mixamo", "vrm", "unreal", "unity", "rigify", "talkinghead", "godot", "smpl"]
     root_motion: bool
     visemes: Literal["rig", "oculus", "vrchat"]
     pose: Literal["rest", "photo"]

@@ -14,6 +14,7 @@ from a2v.types import Motion
 from pipelines.engine.refs import File
 from pipelines.graph import video_graph
 from pipelines.inputs import RunOptions
+from pipelines.nodes.values import MotionFile
 from pipelines.options import option, settings
 from pipelines.requests.motion import FOLLOW_USERS, PlanOptions, length_of
 
@@ -75,7 +76,7 @@ def follow_video(
     if plan.frames is not None or plan.seconds is not None:
         frames = length_of(frames=plan.frames, seconds=plan.seconds, fps=plan.fps)
     asked = {
-        "motion_file": File.of(filmed.from_video),
+        "motion_file": MotionFile(file=File.of(filmed.from_video)),
         "action": plan.action,
         "frames": frames,
         "fps": plan.fps,

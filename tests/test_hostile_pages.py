@@ -14,7 +14,7 @@ from a2v.motion import MotionModel
 from a2v.motion.page import write_motion_page
 from a2v.rendering.page import page_of
 from pipelines.batch.results import write_tables
-from pipelines.serve.records import Library
+from pipelines.serve.library import Library
 from pipelines.serve.wishes import Wish
 from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
 from tests.support.glb import glb

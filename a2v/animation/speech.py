@@ -28,8 +28,10 @@ _WINDOW = 0.032
 _ORDER = 12
 """Order of linear prediction, at `_LOW_RATE` samples per second."""
 _LOW_RATE = 10_000
-_SILENT = -32.0
-"""Level, relative to the loud parts, at which the mouth is closed, dB."""
+_SILENT = (-32.0, -18.0)
+"""Lowest and highest level, relative to the loud parts, at which the mouth is closed, dB."""
+_NOISE = 9.0
+"""Level above the noise of the recording at which it is closed, between those two, dB."""
 _LOUD = -12.0
 """Level, relative to the loud parts, at which it is fully open, dB."""
 _HISS = 0.55
@@ -90,7 +92,9 @@ def viseme_shares(
     pieces *= window
     level = 10 * np.log10((pieces**2).mean(axis=1) + 1e-12)
     loud = float(np.percentile(level[within], 95)) if within.any() else 0.0
-    active = np.clip((level - loud - _SILENT) / (_LOUD - _SILENT), 0, 1) * (loud > -90)
+    noise = float(np.percentile(level[within], 5)) if within.any() else loud
+    silent = float(np.clip(noise + _NOISE - loud, *_SILENT))
+    active = np.clip((level - loud - silent) / (_LOUD - silent), 0, 1) * (loud > -90)
     spectrum = np.abs(np.fft.rfft(pieces, axis=1)) ** 2
     hertz = np.fft.rfftfreq(2 * half, 1 / rate)
     total = spectrum.sum(axis=1) + 1e-12

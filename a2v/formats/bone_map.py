@@ -4,12 +4,14 @@ before it."""
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.io import atomic_path, brief, read_bytes
-from a2v.kinematics.names import REQUIRED
+from a2v.kinematics.names import REQUIRED, canonical_joints
+from a2v.kinematics.understand import understand
+from a2v.types import FloatArray
 
 MAX_BYTES = 4 << 20
 OTHERS = (
@@ -28,11 +30,23 @@ def write_bone_map(
     path: str | os.PathLike[str],
     names: Sequence[str],
     parents: Sequence[int],
-    joints: Mapping[str, int],
+    heads: FloatArray,
 ) -> None:
-    """Write the hierarchy of the bones with the `joints` found so far, ready to be edited; written
-    atomically."""
-    known = {bone: joint for joint, bone in joints.items()}
+    """Write the hierarchy of the bones with the best guess of their joints, ready to be edited;
+    written atomically.
+
+    Parameters
+    ----------
+    path : path
+    names : B str
+    parents : B ints
+        -1 for roots; parents first.
+    heads : (B, 3) float
+        Heads at rest, any unit.
+    """
+    found = understand(names, parents, heads)
+    joints = canonical_joints(names, list(parents)) if found is None else found.joints
+    known = {bone: joint for joint, bone in joints.items() if joint in (*REQUIRED, *OTHERS)}
     children: dict[int, list[int]] = {}
     for bone, parent in enumerate(parents):
         children.setdefault(parent, []).append(bone)
@@ -70,7 +84,7 @@ def read_bone_map(path: str | os.PathLike[str], names: Sequence[str]) -> dict[st
         if not bar:
             raise InputError(f"{source}:{number}: {brief(line)} has no |; expected JOINT | BONE")
         if name not in places:
-            raise InputError(f"{source}:{number}: the character has no bone {brief(name)}")
+            raise InputError(f"{source}:{number}: there is no bone {brief(name)}")
         bone = places[name].pop(0) if len(places[name]) > 1 else places[name][0]
         if joint == "-":
             continue

@@ -4,12 +4,14 @@ upward axis."""
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import shorten
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
@@ -46,6 +48,22 @@ class Bone:
     def at(self, source: str) -> str:
         """Return the place in the file `source`, for messages."""
         return f"{source}:{self.line}" if self.line else source
+
+
+def clip_number(source: str | os.PathLike[str], clip: str, count: int) -> int:
+    """Return the number, from 0, by which `clip` names one of `count` motions; 0 without a name.
+
+    Raises
+    ------
+    InputError
+        There is no such motion.
+    """
+    if not clip:
+        return 0
+    if clip.isdecimal() and len(clip) < 8 and int(clip) < count:
+        return int(clip)
+    there = f"{count} motions: choose 0 to {count - 1}" if count > 1 else "one motion: leave it out"
+    raise InputError(f"{source} has no motion '{shorten(clip)}'; it has {there}")
 
 
 def demand_person(
@@ -95,7 +113,7 @@ def demand_person(
         f"{bones[0].at(source)}: unknown joints: no "
         f"{', '.join(name.replace('_', ' ') for name in missing[:4])}"
         f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or "
-        "SMPL's names"
+        "SMPL's names, or name them with --motion-bone-map FILE, which writes the table first"
     )
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.bone_map import read_bone_map, write_bone_map
 from a2v.formats.conventions import (
     Bone,
     choose_scale,
@@ -49,6 +51,8 @@ class Recording:
         Whether joints that are those of a data set get its skeleton and their order there.
     notes : tuple of str
         What is particular about the file, a sentence each.
+    facts : mapping
+        Further entries of ``provenance``.
     """
 
     source: str
@@ -60,6 +64,7 @@ class Recording:
     up: str | None = None
     known: bool = True
     notes: tuple[str, ...] = ()
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 def motion_of(
@@ -69,29 +74,30 @@ def motion_of(
     up: str | None = None,
     person: bool = True,
     action: str = "",
-    facts: dict[str, Any] | None = None,
+    bone_map: str | os.PathLike[str] | None = None,
 ) -> Motion:
     """Make the motion of a recording, in meters, y up.
 
     Joints at the place of their parent are merged into it. A root that carries only the pelvis
     becomes part of the pelvis's path. ``provenance`` gets "source", "units", "scale", "up", "notes"
-    and `facts`.
+    and the recording's facts.
 
     Parameters
     ----------
     file : Recording
     units, up, person, action
         As in `a2v.formats.read_bvh`.
-    facts : dict or None
+    bone_map : path or None
+        A table of `a2v.formats.bone_map` that names the joints.
 
     Raises
     ------
     InputError
-        The skeleton is not a person's, or has no size.
+        The skeleton is not a person's, or has no size; the table is broken or lacks joints.
     """
     tree = _merge(file)
-    if person and missing_joints(tree.canonical):
-        file = _understood(file, tree)
+    if bone_map is not None or (person and missing_joints(tree.canonical)):
+        file = _understood(file, tree, bone_map)
         tree = _merge(file)
     notes = list(file.notes)
     if person and (above := tree.above_pelvis()):
@@ -122,18 +128,24 @@ def motion_of(
         )
     skeleton = known or skeleton_of("custom", tree.parents, tree.names)
     motion = _motion(tree, posed, skeleton, fps=file.fps)
-    return dataclasses.replace(motion, action=action, provenance={**told, **(facts or {})})
+    return dataclasses.replace(motion, action=action, provenance={**told, **file.facts})
 
 
-def _understood(file: Recording, tree: _Tree) -> Recording:
-    """Return a recording whose joints have canonical names, by the shape of its skeleton and with
-    added ends of arms where need be; the same one if it is no person's."""
-    heads = np.zeros_like(tree.offsets)
-    for joint, parent in enumerate(tree.parents):
-        if parent >= 0:
-            heads[joint] = heads[parent] + tree.offsets[joint]
-    found = understand(tree.names, tree.parents, heads)
+def write_map_of_recording(file: Recording, path: str | os.PathLike[str]) -> None:
+    """Write the joints of a recording as a table to be edited (`a2v.formats.bone_map`)."""
+    tree = _merge(file)
+    write_bone_map(path, tree.names, tree.parents, tree.heads())
+
+
+def _understood(file: Recording, tree: _Tree, bone_map: str | os.PathLike[str] | None) -> Recording:
+    """Return a recording whose joints have canonical names, by a table or the shape of its skeleton
+    and with added ends of arms where need be; the same one if it is no person's."""
+    given = None if bone_map is None else read_bone_map(bone_map, tree.names)
+    found = understand(tree.names, tree.parents, tree.heads(), given=given)
     if found is None:
+        if given is not None:
+            missing = ", ".join(missing_joints(given)[:4])
+            raise InputError(f"{bone_map} names no bone for {missing}; name one on a line of each")
         return file
     bones = [
         dataclasses.replace(bone, name=f"other_{place}") for place, bone in enumerate(file.bones)
@@ -175,6 +187,14 @@ class _Tree:
     canonical: dict[str, int]
     bearers: list[int]
     offsets: FloatArray
+
+    def heads(self) -> FloatArray:
+        """Return the places (J, 3) of the joints at rest, from the root; the file's units."""
+        heads = np.zeros_like(self.offsets)
+        for joint, parent in enumerate(self.parents):
+            if parent >= 0:
+                heads[joint] = heads[parent] + self.offsets[joint]
+        return heads
 
     def above_pelvis(self) -> list[str]:
         """Names of the joints above the pelvis if all others are below it."""

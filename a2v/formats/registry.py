@@ -18,14 +18,15 @@ from zipfile import ZipFile, is_zipfile
 
 from a2v.errors import InputError
 from a2v.formats.bare import write_skeleton
-from a2v.formats.bvh import read_bvh, write_bvh
+from a2v.formats.bvh import read_bvh_bones, write_bvh
 from a2v.formats.characters import Clips, Strengths
+from a2v.formats.conventions import clip_number
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.formats.fbx import STARTS as FBX_STARTS
 from a2v.formats.fbx import fbx_to_glb, write_fbx
 from a2v.formats.gltf import write_glb
 from a2v.formats.gltf.motions import read_moving_bones
-from a2v.formats.recording import motion_of
+from a2v.formats.recording import Recording, motion_of, write_map_of_recording
 from a2v.formats.smpl import read_smpl_motion
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
@@ -43,9 +44,12 @@ class MotionFormat:
     ----------
     suffixes : tuple of str
         Lower case, with the dot.
+    bones : function of (path, clip) or None
+        Reads the moving bones of a file; `clip` is the wanted one of several ("" for the best). An
+        unknown clip is refused with a list of those there.
     read : function of (path, action, clip) or None
-        Reads a file to a `Motion`; `action` is its name if the file has none, `clip` the wanted one
-        of several ("" for the best).
+        Reads a file whose joints are known to a `Motion`; `action` is its name if the file has
+        none.
     holds : function of bytes or None
         Whether a file that begins with these bytes is of this kind. None: its suffix decides.
     write : function of (path, motion) or None
@@ -57,11 +61,17 @@ class MotionFormat:
     """
 
     suffixes: tuple[str, ...]
+    bones: Callable[[Path, str], Recording] | None = None
     read: Callable[[Path, str, str], Motion] | None = None
     holds: Callable[[bytes], bool] | None = None
     write: Callable[[Path, Motion], object] | None = None
     batches: bool = False
     title: str = ""
+
+    @property
+    def readable(self) -> bool:
+        """Whether such files can be read."""
+        return self.bones is not None or self.read is not None
 
 
 class CharacterWriter(Protocol):
@@ -96,28 +106,45 @@ class CharacterFormat:
     write: CharacterWriter
 
 
-def _read_arrays(path: Path, action: str, _: str) -> Motion:
+def _read_arrays(path: Path, action: str, clip: str) -> Motion:
     """Read our own ``.npz``, or arrays of other tools."""
     with open_file(path) as stream, reading(path, "readable .npz"):
         ours = is_zipfile(stream) and "joint_names.npy" in ZipFile(stream).namelist()
-    return Motion.load(path) if ours else read_smpl_motion(path, action=action)
+    if not ours:
+        return read_smpl_motion(path, action=action, clip=clip)
+    motion = Motion.load(path)
+    count = motion.batch[0] if motion.batch else 1
+    if not clip:
+        return motion
+    number = clip_number(path, clip, count)
+    return motion[number] if motion.batch else motion
 
 
-def _read_bones(path: Path, action: str, clip: str) -> Motion:
-    return motion_of(read_moving_bones(path, clip=clip), action=action)
+def _read_deepmimic(path: Path, action: str, clip: str) -> Motion:
+    clip_number(path, clip, 1)
+    return read_deepmimic(path, action=action)
 
 
-def _read_fbx(path: Path, action: str, clip: str) -> Motion:
+def _bvh_bones(path: Path, clip: str) -> Recording:
+    clip_number(path, clip, 1)
+    return read_bvh_bones(path)
+
+
+def _gltf_bones(path: Path, clip: str) -> Recording:
+    return read_moving_bones(path, clip=clip)
+
+
+def _fbx_bones(path: Path, clip: str) -> Recording:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "in.glb"
         fbx_to_glb(path, copy)
-        return motion_of(read_moving_bones(copy, name=path, clip=clip), action=action)
+        return read_moving_bones(copy, name=path, clip=clip)
 
 
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
     MotionFormat(
         suffixes=(".bvh",),
-        read=lambda path, action, _: read_bvh(path, action=action),
+        bones=_bvh_bones,
         holds=lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n")[:9].upper() == b"HIERARCHY",
         write=write_bvh,
     ),
@@ -135,23 +162,23 @@ MOTION_FORMATS: tuple[MotionFormat, ...] = (
     ),
     MotionFormat(
         suffixes=(".fbx",),
-        read=_read_fbx,
+        bones=_fbx_bones,
         holds=lambda head: head[:64].lstrip().startswith(FBX_STARTS),
         write=write_skeleton,
     ),
     MotionFormat(
         suffixes=(".glb",),
-        read=_read_bones,
+        bones=_gltf_bones,
         holds=lambda head: (
             head.startswith(b"glTF")
             or (head.lstrip()[:1] == b"{" and b'"asset"' in head and b'"Frames"' not in head)
         ),
         write=write_skeleton,
     ),
-    MotionFormat(suffixes=(".gltf", ".vrm", ".vrma"), read=_read_bones, title=".vrma"),
+    MotionFormat(suffixes=(".gltf", ".vrm", ".vrma"), bones=_gltf_bones, title=".vrma"),
     MotionFormat(
         suffixes=(".txt", ".json"),
-        read=lambda path, action, _: read_deepmimic(path, action=action),
+        read=_read_deepmimic,
         holds=lambda head: head.lstrip()[:1] == b"{" and b'"Frames"' in head,
         title="DeepMimic's .txt",
     ),
@@ -176,12 +203,15 @@ def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> 
     return tuple(suffix for item in formats if item.write is not None for suffix in item.suffixes)
 
 
+def readable_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of files that `read_motion` accepts."""
+    return tuple(suffix for item in MOTION_FORMATS if item.readable for suffix in item.suffixes)
+
+
 def readable_motions(last: str = " or ") -> str:
     """Formats that `read_motion` accepts, for messages: ".bvh, .npz or DeepMimic's .txt"; `last` is
     the word before the last one."""
-    titles = [
-        item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None
-    ]
+    titles = [item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.readable]
     return f"{', '.join(titles[:-1])}{last}{titles[-1]}"
 
 
@@ -204,12 +234,25 @@ def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Form
     )
 
 
+def split_clip(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """Split ``FILE#CLIP`` into the file and the name or number of a motion in it, "" without one.
+
+    A file whose own name holds a # stays whole.
+    """
+    whole = Path(path)
+    if "#" not in whole.name or whole.exists():
+        return whole, ""
+    name, _, clip = whole.name.rpartition("#")
+    return whole.with_name(name), clip
+
+
 def read_motion(
     path: str | os.PathLike[str],
     *,
     fps: float | None = None,
     action: str = "",
     clip: str = "",
+    bone_map: str | os.PathLike[str] | None = None,
 ) -> Motion:
     """Read a motion of any known kind (`MOTION_FORMATS`): its content decides, then its suffix.
 
@@ -218,13 +261,15 @@ def read_motion(
     path : path
         BVH (`read_bvh`); our ``.npz``; arrays of AMASS, SMPL-X, MDM... (`read_smpl_motion`);
         FBX, GLB and VRM animations (`read_moving_bones`); DeepMimic's ``Frames``. ``FILE#CLIP``
-        names the animation of a file that has several.
+        (`split_clip`) names the motion of a file that has several.
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str
         Name to store if the file has none; the file's stem by default.
     clip : str
-        Name or number of the animation, in place of ``#CLIP``.
+        Name or number, from 0, of the motion, in place of ``#CLIP``.
+    bone_map : path or None
+        A table of `write_motion_map` that names the joints of BVH, FBX or glTF.
 
     Returns
     -------
@@ -234,28 +279,56 @@ def read_motion(
     Raises
     ------
     InputError
-        Unknown kind or unreadable file; the message names it (and the line in text formats).
+        Unknown kind or unreadable file; the message names it (and the line in text formats). The
+        file has no such clip; the message lists those there.
     MissingDependencyError
         An FBX or a compressed glTF needs Node.
     """
-    source = Path(path)
-    if not clip and "#" in source.name and not source.exists():
-        name, _, clip = source.name.rpartition("#")
-        source = source.with_name(name)
+    source, named = split_clip(path)
+    item, clip, action = _format_of(source), clip or named, action or source.stem
+    if item.bones is not None:
+        motion = motion_of(item.bones(source, clip), action=action, bone_map=bone_map)
+    else:
+        _demand_no_map(source, bone_map)
+        assert item.read is not None
+        motion = item.read(source, action, clip)
+    return motion if fps is None else resample_motion(motion, fps)
+
+
+def write_motion_map(path: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
+    """Write the bones of a motion file as a table to be edited (`a2v.formats.bone_map`), with the
+    best guess of their joints; `read_motion` reads it as `bone_map`.
+
+    Raises
+    ------
+    InputError
+        As `read_motion`, but for a skeleton that is not understood.
+    """
+    source, clip = split_clip(path)
+    item = _format_of(source)
+    if item.bones is None:
+        _demand_no_map(source, target)
+    assert item.bones is not None
+    write_map_of_recording(item.bones(source, clip), target)
+
+
+def _demand_no_map(source: Path, bone_map: object) -> None:
+    if bone_map is not None:
+        raise InputError(f"{source} needs no table of bones: its joints are known; leave it out")
+
+
+def _format_of(source: Path) -> MotionFormat:
+    """Return the format of a motion file."""
     with open_file(source) as stream:
         head = stream.read(_HEAD)
     suffix = source.suffix.lower()
-    readable = [item for item in MOTION_FORMATS if item.read is not None]
+    readable = [item for item in MOTION_FORMATS if item.readable]
     found = [item for item in readable if item.holds is not None and item.holds(head)]
     found += [item for item in readable if suffix in item.suffixes]
-    for item in found[:1]:
-        assert item.read is not None
-        motion = item.read(source, action or source.stem, clip)
-        return motion if fps is None else resample_motion(motion, fps)
-    raise InputError(
-        f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected "
-        f"{readable_motions()}"
-    )
+    if found:
+        return found[0]
+    kind = f" '{suffix}'" if suffix else ""
+    raise InputError(f"{source}: unknown kind of motion{kind}; expected {readable_motions()}")
 
 
 def write_motion(

@@ -29,6 +29,9 @@ _ENTRIES = {
     "hold": {"joint", "at", "body", "from", "to"},
 }
 _NUMBER = r"[-+]?\d*\.?\d+"
+_POSES = re.compile(
+    r"(?P<file>.+?)(#(?P<first>\d{1,7})(-(?P<last>\d{1,7}))?)?", re.ASCII | re.DOTALL
+)
 _HELD = re.compile(
     rf"(?P<joint>\w+)\s+(?P<body>body\s+)?(?P<at>{_NUMBER},{_NUMBER},{_NUMBER})\s+from\s+(?P<start>{_NUMBER})\s+to\s+(?P<end>{_NUMBER})(\s*s)?",
     re.ASCII,
@@ -92,9 +95,12 @@ def read_keyframes(
         key = Keyframe(time=_checked(time), at=None if to is None else (to[0], to[1]), heading=turn)
         if kind == "pose":
             file = Path(source).parent / str(entry["file"])
-            key = placed(
-                read_poses(f"{file}#{entry.get('pose', 0)}", model)[0][1], key, model.skeleton
-            )
+            pose = str(entry.get("pose", 0))
+            if not pose.isdecimal():
+                raise InputError(
+                    f"pose of {where} is {brief(pose)} and names no pose; count from 0"
+                )
+            key = placed(read_poses(f"{file}#{pose}", model)[0][1], key, model.skeleton)
         keys.append(key)
     return keys, holds
 
@@ -102,25 +108,26 @@ def read_keyframes(
 def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     """Read poses (J, 3) on the model's skeleton, and their times in seconds from the first.
 
-    `text` is "FILE" (the first pose), "FILE#12" (one pose) or "FILE#8-15". The lowest joint of the
-    file's clip is the ground. Bones are the model's; the root is lower if its legs are shorter.
+    `text` is "FILE" (the first pose), "FILE#12" (one pose) or "FILE#8-15"; FILE may be "FILE#CLIP",
+    as in "dance.glb#Spin#12". The lowest joint of the clip is the ground. Bones are the model's;
+    the root is lower if its legs are shorter.
 
     Raises
     ------
     InputError
         The file cannot be read, or has no such poses.
     """
-    file, _, numbers = text.partition("#")
-    found = re.fullmatch(r"(\d{1,7})(?:-(\d{1,7}))?", numbers or "0", re.ASCII)
+    found = _POSES.fullmatch(text)
     if found is None:
         raise InputError(f"{brief(text)} names no pose; expected FILE, FILE#12 or FILE#8-15")
-    first, last = int(found[1]), int(found[2] or found[1])
+    file, first = found["file"], int(found["first"] or 0)
+    last = int(found["last"] or first)
     motion = read_motion(file)
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
         raise InputError(
-            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is outside of this range, or "
-            f"has more than {MAX_POSES} poses"
+            f"{file} has poses 0 to {motion.frames - 1}; {first} to {last} is outside of this "
+            f"range, or has more than {MAX_POSES} poses"
         )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)

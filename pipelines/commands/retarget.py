@@ -12,18 +12,20 @@ from a2v.errors import InputError
 from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
 from a2v.formats.gltf.people import has_skin, read_person, write_map_of
 from a2v.formats.gltf.person_clips import write_person
-from a2v.formats.registry import read_motion, readable_motions
+from a2v.formats.registry import read_motion, readable_motions, split_clip
 from a2v.io import say
 from a2v.motion.edit import Edit, edited
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.timeline import Take
 from a2v.types import FloatArray, Motion
 from pipelines.answer import Answer
+from pipelines.bone_maps import map_answer, written_map
 from pipelines.inputs import check_writable
 from pipelines.mesh_rig import rig_mesh
 from pipelines.options import flag, group, option, settings
 from pipelines.requests.motion import (
     ACTION,
+    MAP,
     EditOptions,
     LengthOptions,
     PlanOptions,
@@ -53,10 +55,9 @@ class Options:
 
     character: str = option("your character: a skinned .glb, .gltf, .vrm or .fbx", metavar="FILE")
     out: str = option("file to write, with the suffix of --character (.glb for a .gltf)")
-    bone_map: str | None = option(
-        "table of the bones and their joints; a file that does not exist is written, to be edited",
-        default=None,
-        metavar="FILE",
+    bone_map: str | None = option(f"{MAP} --character", default=None, metavar="FILE")
+    motion_bone_map: str | None = option(
+        f"{MAP} --motions", default=None, metavar="FILE", rare=True
     )
     action: str = option(ACTION, default="")
     actions: str = option("actions, separated by commas; each becomes an animation", default="")
@@ -84,6 +85,9 @@ def run(options: Options) -> Answer:
     if target.suffix.lower() != suffix:
         raise InputError(f"cannot write {target}; expected a name that ends in {suffix}")
     wanted = _wanted(options)
+    first = next((file for file in wanted.values() if file is not None), None)
+    if (answer := written_map(options.motion_bone_map, first)) is not None:
+        return answer
     check_writable(target.parent)
     with tempfile.TemporaryDirectory() as folder:
         return _retarget(options, source, target, wanted, Path(folder))
@@ -110,18 +114,16 @@ def _retarget(
         notes.append(f"{source.name} has no bones: our body's were fitted to its mesh")
     if options.bone_map is not None and not Path(options.bone_map).exists():
         write_map_of(read, options.bone_map, name=source)
-        return Answer(
-            files=[Path(options.bone_map)],
-            notes=["these are the bones as they were understood; correct the table and run again"],
-        )
+        return map_answer(options.bone_map)
     person = read_person(read, name=source, bone_map=options.bone_map)
     notes += person.notes
     if person.odd:
         odd = ", ".join(
             person.body.bone_names[bone] or "a nameless bone" for bone in person.odd[:4]
         )
+        stay = "stays" if len(person.odd) == 1 else "stay"
         notes.append(
-            f"{odd} of {source.name} stay in the pose of the file: mirrored or scaled unevenly"
+            f"{odd} of {source.name} {stay} in the pose of the file: mirrored or scaled unevenly"
         )
     edit, carried = (
         options.edits.edit,
@@ -132,7 +134,10 @@ def _retarget(
         motion = (
             _made(options, name, edit)
             if file is None
-            else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
+            else edited(
+                read_motion(file, fps=options.lengths.fps, bone_map=options.motion_bone_map),
+                replace(edit, in_place=False),
+            )
         )
         notes += [f"{name}: {note}" for note in motion.provenance.get("notes", ())]
         clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
@@ -170,11 +175,10 @@ def _wanted(options: Options) -> dict[str, str | None]:
         for part in (options.action, *options.actions.split(","))
         if part.strip()
     ]
-    asked += [
-        (Path(part.strip()).stem, part.strip())
-        for part in options.motions.split(",")
-        if part.strip()
-    ]
+    for part in filter(None, map(str.strip, options.motions.split(","))):
+        file, clip = split_clip(part)
+        number = f"{file.stem} {clip}" if clip.isdecimal() else clip
+        asked.append((number or file.stem, part))
     names = [name for name, _ in asked]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(

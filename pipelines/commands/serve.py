@@ -25,6 +25,7 @@ from pipelines.requests.video import VideoRequest
 
 if TYPE_CHECKING:
     from a2v.types import Character
+    from pipelines.serve.wishes import Wish
 
 HELP = "Serve a web page on this machine: choose a photo and an action, watch the progress, turn the character and download the files."
 EXAMPLES = """examples:
@@ -78,8 +79,8 @@ def run(options: Options) -> Answer:
     with _lock_folder(folder), _listening(options.port) as listener:
         from pipelines.serve.app import make_app
         from pipelines.serve.desk import Desk
+        from pipelines.serve.library import Library
         from pipelines.serve.live import Live
-        from pipelines.serve.records import Library
         from pipelines.serve.wire import MAX_CONNECTIONS, protocol
 
         token = _token(folder)
@@ -121,13 +122,15 @@ def compute() -> None:
     from pipelines.rigs import AvatarOptions, RigOptions
     from pipelines.serve.worker import main
 
-    def make(request: VideoRequest, out: str, running: RunOptions) -> Answer:
+    def make(request: VideoRequest, out: str, running: RunOptions, wish: Wish) -> Answer:
         return video.run(
             video.Options(
                 person=request.person,
                 out=out,
                 motion=request.motion,
                 film=request.film,
+                animation=wish.animation or None,
+                sprites=wish.sprites,
                 running=running,
             )
         )

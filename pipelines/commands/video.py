@@ -11,6 +11,7 @@ from pathlib import Path
 from a2v.errors import InputError
 from a2v.io import atomic_path, claim, say
 from pipelines.answer import Answer
+from pipelines.bone_maps import written_map
 from pipelines.engine.graph import check_names, outputs_of
 from pipelines.engine.run import Outcome
 from pipelines.engine.store import Store
@@ -92,6 +93,8 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
     Before a long computation starts, `tell` is called with the interpretation of the words of the
     action.
     """
+    if (answer := written_map(options.motion.motion_bone_map, options.motion.motion)) is not None:
+        return answer
     resolved = options.request.resolve(Store(options.running.cache))
     graph = resolved.graph
     check_names(

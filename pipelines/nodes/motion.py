@@ -12,6 +12,7 @@ from a2v.types import Motion
 from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.refs import File, Ref
 from pipelines.engine.store import put
+from pipelines.nodes.values import MotionFile
 
 
 @memo()
@@ -48,7 +49,12 @@ def motion(
 
 @memo()
 def recorded_motion(
-    motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings
+    motion_file: MotionFile,
+    action: str,
+    frames: int,
+    fps: float,
+    edit: Edit,
+    follow: FollowSettings,
 ) -> Ref[Motion]:
     """Read a motion file, or track the person in a video.
 
@@ -59,9 +65,10 @@ def recorded_motion(
     from a2v.formats import read_motion
     from a2v.motion.edit import edited, retimed
 
-    if is_video(motion_file.path):
+    path = motion_file.file.path
+    if is_video(path):
         found = follow_person(
-            motion_file.path,
+            path,
             follow,
             seconds=frames / fps * edit.speed,
             action=action,
@@ -72,7 +79,8 @@ def recorded_motion(
         measure(found.facts)
         made = found.motion
     else:
-        made = read_motion(motion_file.path, action=action)
+        table = None if motion_file.bones is None else motion_file.bones.path
+        made = read_motion(path, action=action, clip=motion_file.clip, bone_map=table)
         for remark in made.provenance.get("notes", ()):
             note(remark)
     if made.batch:

@@ -12,8 +12,26 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.record import Record
 from a2v.types import ByteArray, Character, FloatArray
-from pipelines.engine.refs import Ref
+from pipelines.engine.refs import File, Ref
 from pipelines.engine.store import Store
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionFile:
+    """A file with a recorded motion, or a video of a person.
+
+    Attributes
+    ----------
+    file : File
+    clip : str
+        Name or number of one of several motions in it; "" for the best.
+    bones : File or None
+        A table that names its joints (`a2v.formats.bone_map`).
+    """
+
+    file: File
+    clip: str = ""
+    bones: File | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

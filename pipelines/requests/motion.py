@@ -14,11 +14,13 @@ import numpy as np
 from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
 from a2v.footage import FollowSettings
+from a2v.formats.registry import split_clip
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
 from pipelines.engine.graph import Parameters
 from pipelines.engine.refs import File
+from pipelines.nodes.values import MotionFile
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 from pipelines.requests.offer import offer_nearest
@@ -40,8 +42,13 @@ FRAMES = "length in frames, in place of --seconds"
 FPS = "frames per second"
 """Help of options with these names."""
 
-MOTION_FILES = ".bvh, .fbx, .glb, .npz... (docs/formats.md), or a video"
+MOTION_FILES = ".bvh, .npz, .fbx, .glb#CLIP... (docs/formats.md), or a video"
 """Help of the options that name a motion file."""
+MAP = (
+    "table of the bones and their joints, where they are not understood (a file that does not "
+    "exist is written, to be edited), of"
+)
+"""Help of the options that name a table of bones; what has the bones follows."""
 FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
 
@@ -251,6 +258,7 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
     motion: str | None = option(
         f"recorded motion in place of --action: {MOTION_FILES}", default=None, metavar="FILE"
     )
+    motion_bone_map: str | None = option(f"{MAP} --motion", default=None, metavar="FILE", rare=True)
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
     def resolve(self) -> ResolvedMotion:
@@ -270,16 +278,20 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
                     f"{given[0]} cannot be given with motion; a recorded motion has its own path"
                 )
             length = length_of(frames=self.frames, seconds=self.seconds, fps=self.fps)
+            file, clip = split_clip(self.motion)
+            table = None if self.motion_bone_map is None else File.of(self.motion_bone_map)
             return ResolvedMotion(
                 parameters={
                     **moving,
-                    "motion_file": File.of(self.motion),
+                    "motion_file": MotionFile(file=File.of(file), clip=clip, bones=table),
                     "action": self.action,
                     "frames": length,
                     "fps": self.fps,
                     "follow": self.follow,
                 }
             )
+        if self.motion_bone_map is not None:
+            raise InputError("a table of bones is given, but no file of a motion; leave it out")
         plan = read_plan(self, directed=self.given)
         length = plan_length(plan, frames=self.frames, seconds=self.seconds, fps=self.fps)
         direction = None

@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from a2v.formats.registry import split_clip
 from pipelines.engine.graph import Graph, Parameters
 from pipelines.engine.refs import File, Ref
 from pipelines.engine.store import Store
@@ -101,6 +102,8 @@ class VideoRequest:
     def files(self) -> dict[str, str]:
         """Return the files that the request names, by the names of the values."""
         named = self.described()
+        if named["motion"]:
+            named["motion"], _ = split_clip(str(named["motion"]))
         more = {
             f"photo {number}": path
             for number, path in enumerate(listed(str(named["more"] or "")), 2)
@@ -134,7 +137,10 @@ class VideoRequest:
         )
 
 
-FILES = ("photo", "mask", "keypoints", "corrections", "motion", "timeline", "keyframes")
+FILES = (
+    *("photo", "mask", "keypoints", "corrections"),
+    *("motion", "motion_bone_map", "timeline", "keyframes"),
+)
 """Values that name a file."""
 MAYBE_FILES = ("model", "background", "camera", "look", "path")
 """Values that may."""

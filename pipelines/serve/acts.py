@@ -1,19 +1,24 @@
-"""Requests of the stage: what a person does, a still of a film, and files for other tools."""
+"""Requests of the stage: what a person does, motions from files, a still of a film, and files for
+other tools."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
 from a2v.animation import RIGS
 from a2v.errors import InputError
-from pipelines.serve.answers import Told
+from a2v.formats.registry import readable_suffixes
+from pipelines.serve.answers import Told, public
 from pipelines.serve.desk import Desk
-from pipelines.serve.edge import read_json
+from pipelines.serve.edge import MAX_UPLOAD, declared, read_json, save_photo, title
 from pipelines.serve.records import Photo
+from pipelines.serve.talk import ORIGINAL
 from pipelines.serve.wishes import Wish
 
 SAMPLE = "sample"
@@ -46,7 +51,25 @@ def acts(desk: Desk, photo_of: Callable[[Request], Photo]) -> list[Route]:
             )
         return Told({"files": await desk.cast.export(photo, wish, str(rig), str(suffix))})
 
+    async def take_motion(request: Request) -> Response:
+        name = request.query_params.get("name", "")
+        suffix = Path(name).suffix.lower()
+        async with desk.arrivals.folder(declared(request, MAX_UPLOAD)) as folder:
+            await save_photo(request, folder / ORIGINAL, MAX_UPLOAD, "file")
+            motion = await desk.arrivals.add_motion(
+                folder, suffix if suffix in readable_suffixes() else "", title(name)
+            )
+        return Told(public(motion), status_code=201)
+
+    async def remove_motion(request: Request) -> Response:
+        if (motion := desk.library.motions.get(request.path_params["id"])) is None:
+            raise HTTPException(404, "this motion is not here any more")
+        await desk.arrivals.remove_motion(motion)
+        return Told({})
+
     return [
+        Route("/api/motions", take_motion, methods=["POST"]),
+        Route("/api/motions/{id}", remove_motion, methods=["DELETE"]),
         Route("/api/people/{id}/play", play, methods=["POST"]),
         Route("/api/people/{id}/still", still, methods=["POST"]),
         Route("/api/people/{id}/export", export, methods=["POST"]),

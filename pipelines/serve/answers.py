@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from a2v.errors import printable
-from pipelines.serve.records import Job, Photo
+from pipelines.serve.records import Job, Record
 from pipelines.serve.words import for_page
 from pipelines.stages import said
 
@@ -24,6 +24,7 @@ _TYPES = {
     ".svg": "image/svg+xml",
     ".jpg": "image/jpeg",
     ".png": "image/png",
+    ".gif": "image/gif",
     ".webp": "image/webp",
     ".mp4": "video/mp4",
     ".glb": "model/gltf-binary",
@@ -60,8 +61,8 @@ async def refused(request: Request, error: Exception) -> Response:
     return Told({"problem": for_page(error.detail)}, status_code=error.status_code)
 
 
-def public(item: Photo | Job) -> dict[str, Any]:
-    """Return the record of a photo or job without its digests, in the words of the page."""
+def public(item: Record) -> dict[str, Any]:
+    """Return a record without its digests, in the words of the page."""
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
         facts |= {"wish": item.wish.said(), "title": said(item.wish.action)}

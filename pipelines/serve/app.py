@@ -18,6 +18,7 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.errors import A2VError, InputError, printable
+from a2v.formats.registry import readable_suffixes
 from a2v.kinematics.names import LIMB_BONES
 from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
@@ -30,8 +31,9 @@ from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, declared, read_json, save_photo, title
 from pipelines.serve.guard import Guard
+from pipelines.serve.library import Library
 from pipelines.serve.live import Live
-from pipelines.serve.records import MASK, PERSON, SHOWN, Job, Library, Photo
+from pipelines.serve.records import MASK, PERSON, SHOWN, Job, Photo
 from pipelines.serve.stages import STAGES
 from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
@@ -133,6 +135,7 @@ class Handlers:
                 "upload": MAX_UPLOAD,
                 "clip": MAX_CLIP,
                 "limbs": list(LIMB_BONES),
+                "motions": readable_suffixes(),
             }
         )
 
@@ -155,6 +158,7 @@ class Handlers:
             {
                 "photos": photos,
                 "jobs": jobs,
+                "motions": [public(motion) for motion in self._library.motions.values()],
                 "damaged": len(self._library.damaged),
                 "problem": for_page(printable(self._library.problem)),
             }
@@ -169,12 +173,15 @@ class Handlers:
         steps, matches = await self._desk.threads.do(understood, MODELS[0], text)
         parts = [
             {
-                "text": match.text,
+                "words": match.text,
                 "action": step.action,
                 "title": title_of(step.action),
                 "seconds": step.seconds,
                 "near": [{"action": name, "title": title_of(name)} for name in match.others[:3]],
-                "wishes": [told.line() for told in match.told],
+                "wishes": [
+                    {"text": for_page(told.text), "kept": told.kept, "why": for_page(told.why)}
+                    for told in match.told
+                ],
             }
             for step, match in zip(steps, matches, strict=True)
         ]
@@ -300,7 +307,9 @@ class Handlers:
         wish = Wish.of(said.get("wish"))
         if wish.clip and not photo.clip:
             raise InputError("this person has no video with a motion yet; send one first")
-        if not wish.clip:
+        if wish.motion:
+            self._library.motion_file(wish)
+        if not wish.recorded:
             await self._desk.threads.do(understood, wish.model, wish.action)
             await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)

@@ -1,4 +1,4 @@
-"""Receive photos, further photos of a person, and videos with a motion.
+"""Receive photos, further photos of a person, and videos and files with a motion.
 
 A child process opens each file; then the file is moved to its record.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -18,13 +19,16 @@ from pipelines.engine.forget import Forgotten
 from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
 from pipelines.serve.child import Child
 from pipelines.serve.edge import MAX_UPLOAD
-from pipelines.serve.records import SHOWN, Library, Photo
+from pipelines.serve.library import Library
+from pipelines.serve.records import MAX_TITLE, MOTION, SHOWN, KeptMotion, Photo
 from pipelines.serve.talk import CLIP, ORIGINAL
 
 MAX_ARRIVING = 32
 """Largest number of photos and videos that may be uploading at the same time."""
 MAX_ARRIVING_BYTES = MAX_ARRIVING * MAX_UPLOAD
 """Largest sum of their sizes, bytes."""
+MAX_MOTIONS = 200
+"""Largest number of motions that are kept."""
 OPEN_SECONDS = 60.0
 """Time limit in seconds for opening an upload."""
 
@@ -164,6 +168,40 @@ class Arrivals:
         gone = self._take_clip(photo)
         self.library.keep(photo)
         await self._forget([gone])
+
+    async def add_motion(self, folder: Path, suffix: str, title: str) -> KeptMotion:
+        """Add the motion of the uploaded file in `folder`; the file itself is not kept.
+
+        Raises
+        ------
+        InputError
+            The file has no motion of a person, or is too large, or there are too many motions.
+        """
+        if len(self.library.motions) >= MAX_MOTIONS:
+            raise InputError(f"{MAX_MOTIONS} motions are kept here already; remove some first")
+        facts = await self._opened(folder, "motion", suffix=suffix, made=str(folder / MOTION))
+        for known in self.library.motions.values():
+            if known.digest == facts["digest"]:
+                return known
+        title = title[:MAX_TITLE] or "motion"
+        motion = KeptMotion(id=folder.name, title=title, created=time.time(), **facts)
+        self.library.take_in(motion, folder)
+        self.library.motions[motion.id] = motion
+        return motion
+
+    async def remove_motion(self, motion: KeptMotion) -> None:
+        """Remove a motion, and the stored values made from it.
+
+        Raises
+        ------
+        InputError
+            A queued or running job uses it.
+        """
+        if any(job.wish.motion == motion.id and not job.over for job in self.library.jobs.values()):
+            raise InputError("this motion is in use; cancel the films that use it first")
+        for folder in self.library.remove(motion):
+            shutil.rmtree(folder, ignore_errors=True)
+        await self._forget([motion.digest])
 
     def _take_clip(self, photo: Photo) -> str:
         """Remove the video with the motion for a person; return its digest, "" without one."""

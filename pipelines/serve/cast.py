@@ -15,7 +15,8 @@ from starlette.exceptions import HTTPException
 from a2v.errors import InputError
 from a2v.perception import Corrections
 from pipelines.serve.child import Child
-from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.library import Library
+from pipelines.serve.records import Job, Photo
 from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import Wish
 from pipelines.stages import said
@@ -104,7 +105,7 @@ class Cast:
             raise HTTPException(429, "too many motions at the same time; wait for one of them")
         self._playing += 1
         try:
-            files = {"folder": "", "clip": None, "cache": self._cache}
+            files = {"folder": "", "clip": self._clip(None, wish), "cache": self._cache}
             if photo is not None:
                 files = self.person_task(photo, wish)
             task = {**files, "task": "play", "wish": wish.said()}
@@ -158,14 +159,21 @@ class Cast:
         """Return the person's files for a task; the video with the motion if `wish` copies it."""
         own = self._library.place(photo)
         more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
-        copies = wish is not None and wish.clip and photo.clip
         return {
             "photo": str(own / ORIGINAL),
             "corrections": str(own / CORRECTIONS) if photo.corrected else None,
             "more": more,
-            "clip": str(own / f"{CLIP}{photo.clip}") if copies else None,
+            "clip": None if wish is None else self._clip(photo, wish),
             "cache": self._cache,
         }
+
+    def _clip(self, photo: Photo | None, wish: Wish) -> str | None:
+        """Return the video or file whose motion the person copies."""
+        if wish.motion:
+            return str(self._library.motion_file(wish))
+        if photo is not None and wish.clip and photo.clip:
+            return str(self._library.place(photo) / f"{CLIP}{photo.clip}")
+        return None
 
     def working_on(self, items: Collection[Photo | Job]) -> set[Child]:
         """Return the processes that work for a request about these photos and jobs."""

@@ -27,8 +27,9 @@ from pipelines.engine.store import Store
 from pipelines.serve.arrivals import Arrivals
 from pipelines.serve.cast import Cast
 from pipelines.serve.child import Child
+from pipelines.serve.library import Library
 from pipelines.serve.owed import Owed
-from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.records import Job, Photo
 from pipelines.serve.talk import CORRECTIONS
 from pipelines.serve.threads import Threads
 from pipelines.serve.times import Times
@@ -189,7 +190,7 @@ class Desk:
         ):  # another may be requested while one is stopped
             await self.cancel(job)
         if isinstance(item, Photo):
-            for digest in _digests(item):
+            for digest in item.digests:
                 self._owed.add(digest)
         removed = jobs()
         folders = self.library.remove(item)
@@ -207,7 +208,7 @@ class Desk:
                 if child not in serving:  # it may hold data of the photo in memory
                     await child.stop()
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
-        return await self._forget(_digests(item)) if isinstance(item, Photo) else Forgotten()
+        return await self._forget(item.digests) if isinstance(item, Photo) else Forgotten()
 
     def _working_on(self, items: Collection[Photo | Job]) -> set[Child]:
         """Return the processes that compute something for these photos and jobs."""
@@ -235,7 +236,8 @@ class Desk:
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
         """Remove stored values of photos that no other record uses, and unreferenced values."""
         async with self._forgetting:
-            stays = {digest for one in self.library.photos.values() for digest in _digests(one)}
+            stays = {digest for one in self.library.photos.values() for digest in one.digests}
+            stays |= {one.digest for one in self.library.motions.values()}
             gone, keep = (
                 [Ref[Any](Digest(digest)) for digest in some if digest]
                 for some in (set(digests) - stays, stays)
@@ -329,6 +331,9 @@ class Desk:
             if photo.status == "unusable":
                 job.status, job.problem = "failed", photo.problem
                 self.library.keep(job)
+            elif job.wish.motion and job.wish.motion not in self.library.motions:
+                job.status, job.problem = "failed", "its motion was removed; add the file again"
+                self.library.keep(job)
             elif photo.status == "ready" and photo.known:
                 return job
         return None
@@ -386,11 +391,6 @@ class Desk:
             except Exception:
                 traceback.print_exc(file=sys.stderr)
                 await asyncio.sleep(1.0)
-
-
-def _digests(photo: Photo) -> list[str]:
-    """Return the digests of a person's files in the store."""
-    return [digest for digest in (photo.digest, *photo.more, photo.clip_digest) if digest]
 
 
 def _delete(folders: Iterable[Path]) -> None:

@@ -182,7 +182,7 @@ def play(task: Mapping[str, Any]) -> dict[str, object]:
 
     body, wish = body_of(task["folder"]), Wish.of(task["wish"])
     request = wish.request("photo", clip=task["clip"])
-    if wish.clip:
+    if wish.recorded:
         poses = copied(request, body, task["cache"])
         moves, faces, fps = poses.bone_transforms, poses.expressions, poses.fps
     else:
@@ -200,7 +200,7 @@ def play(task: Mapping[str, Any]) -> dict[str, object]:
 
 
 def copied(request: VideoRequest, body: Body, cache: str | None) -> Poses:
-    """Return the motion of a person in a video on a body; the store keeps it."""
+    """Return the motion of a video or file on a body; the store keeps it."""
     from pipelines.requests.video import Resolved
 
     running = Watched(cache=cache, quiet=True)

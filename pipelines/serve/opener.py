@@ -1,13 +1,14 @@
-"""The child process that decodes untrusted photos, with few imports and limited memory."""
+"""The child process that decodes untrusted files, with few imports and limited memory."""
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import InputError
+from a2v.errors import A2VError, InputError, printable
 from a2v.io import atomic_path
 from a2v.system import bound_memory
 from pipelines.serve.talk import Tell, answer
@@ -19,6 +20,10 @@ OPENER_BYTES = 3 << 30
 
 A photo of 60 megapixels takes 1.4 GB, and libraries reserve more than they use.
 """
+
+
+MOTION_NAME = "the motion"
+"""What a motion is called until people give it a title."""
 
 
 def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
@@ -79,11 +84,57 @@ def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     return {"seconds": round(seconds, 2), "digest": File.of(task["file"]).digest}
 
 
+def open_motion(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
+    """Read the motion of the uploaded "file", named with "suffix", and write it to "made".
+
+    Returns
+    -------
+    dict
+        "seconds", "notes" about what was chosen or assumed, and "digest" of what was written.
+
+    Raises
+    ------
+    InputError
+        The file has no motion of a person that can be read.
+    """
+    from a2v.formats import read_motion
+    from pipelines.engine.refs import File
+
+    _bound_memory()
+    file = Path(task["file"]).with_name(f"{MOTION_NAME}{task['suffix']}")
+    Path(task["file"]).rename(file)
+    try:
+        motion = read_motion(file, action=MOTION_NAME)
+    except A2VError as error:
+        told = re.sub(rf"{re.escape(str(file))}:(\d+)", r"line \1", str(error))
+        told = re.sub(r" \(\w*Error: [^()]*\)", "", told.replace(str(file), "this file"))
+        raise InputError(_spaced(told)) from None
+    finally:
+        file.unlink(missing_ok=True)
+    notes = list(motion.provenance.get("notes", ()))
+    if motion.batch:
+        notes.append("the file has several motions; the first is taken")
+        motion = motion[(0,) * len(motion.batch)]
+    motion = dataclasses.replace(motion, provenance={"notes": notes})
+    motion.save(task["made"])
+    return {
+        "seconds": round(motion.frames / motion.fps, 2),
+        "notes": [_spaced(printable(text)) for text in notes],
+        "digest": File.of(task["made"]).digest,
+    }
+
+
+def _spaced(text: str) -> str:
+    """Return a message with the names of bones in words, or the page takes them for a program's."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text.replace("_", " "))
+
+
 def _bound_memory() -> None:
-    """Limit the memory of this process to what decoding an uploaded photo may need."""
+    """Limit the memory of this process to what decoding an uploaded file may need."""
     bound_memory(OPENER_BYTES)
 
 
 def main() -> None:
-    """Open photos and videos until standard input ends."""
-    answer(lambda task, tell: (open_clip if task["task"] == "clip" else open_photo)(task, tell))
+    """Open photos, videos and motions until standard input ends."""
+    open_it = {"open": open_photo, "clip": open_clip, "motion": open_motion}
+    answer(lambda task, tell: open_it[task["task"]](task, tell))

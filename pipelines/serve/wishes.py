@@ -18,9 +18,10 @@ from a2v.motion.plan import AUTO, plan_motion
 from a2v.motion.prompts import Match, Step
 from a2v.rendering.looks import LOOKS
 from a2v.types import VIEWS
-from pipelines.requests.film import FOLLOW, STILL
+from pipelines.requests.film import FOLLOW, STILL, FilmRequest
 from pipelines.requests.motion import length_of
 from pipelines.requests.video import VideoRequest
+from pipelines.sprites import DIRECTIONS, MAX_SIDE
 from pipelines.stages import title_of
 
 ALL_VIEWS = (*VIEWS, "turntable")
@@ -37,10 +38,20 @@ _PATH = re.compile(
     r"-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
     re.ASCII,
 )
+_IDENTITY = re.compile("|[0-9a-f]{16}")
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Aspect ratios of a view that the page offers."""
+CHOICES: Mapping[str, tuple[object, ...]] = {
+    "look": LOOKS,
+    "aspect": ASPECTS,
+    "camera": (FOLLOW, STILL),
+    "animation": ("", "gif", "webp"),
+    "sprites": (0, *DIRECTIONS),
+}
+"""Values of settings that have few."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
 """Motion models that the page offers: all sources together, and each source alone."""
+_PLAIN = FilmRequest()
 IDLE = "Idle"
 """Action of a person who waits."""
 FIRST = (
@@ -94,10 +105,17 @@ class Wish:
         Points ``x,z x,z ...`` of a path on the ground, in meters; empty for none.
     clip : bool
         Whether the motion comes from the video uploaded for the person; `action` is then its title.
+    motion : str
+        Identity of a motion from a file, which replaces the action; `action` is then its title.
     speed : float
         Tempo factor.
     mirror : bool
         Whether left and right are exchanged.
+    animation : str
+        "gif" or "webp" for such a file beside the video; "" for none.
+    sprites : int
+        Number of directions of a sprite sheet, whose views and background replace those given; 0
+        for none.
     """
 
     action: str
@@ -114,8 +132,11 @@ class Wish:
     camera: str = FOLLOW
     path: str = ""
     clip: bool = False
+    motion: str = ""
     speed: float = 1.0
     mirror: bool = False
+    animation: str = ""
+    sprites: int = 0
 
     def __post_init__(self) -> None:
         if (
@@ -156,20 +177,30 @@ class Wish:
         for name in ("clip", "mirror"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name} is {brief(getattr(self, name))}; expected true or false")
-        if self.clip and self.path:
+        if not isinstance(self.motion, str) or not _IDENTITY.fullmatch(self.motion):
+            raise InputError(f"motion is {brief(self.motion)}; expected an identity of 16 digits")
+        if self.clip and self.motion:
+            raise InputError("a video and a motion are given; choose one")
+        if self.recorded and self.path:
             raise InputError(
-                "a path is given, but the motion of a video has its own path; clear the path"
+                "a path is given, but a recorded motion has its own path; clear the path"
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
                 f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in "
                 f"meters, each at most 99.99"
             )
-        for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
+        for name, known in CHOICES.items():
             if getattr(self, name) not in known:
                 raise InputError(
-                    f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}"
+                    f"{name} is {brief(getattr(self, name))}; choose from "
+                    f"{', '.join(map(str, known))}"
                 )
+        if self.sprites and self.size * self.frames > MAX_SIDE:
+            raise InputError(
+                f"a sheet of {self.frames} pictures of {self.size} pixels is too wide; choose "
+                "smaller sprites, fewer a second, or a shorter motion"
+            )
 
     @classmethod
     def of(cls, said: object) -> Wish:
@@ -204,6 +235,16 @@ class Wish:
         return dataclasses.asdict(self)
 
     @property
+    def recorded(self) -> bool:
+        """Whether the motion comes from a video or a file."""
+        return self.clip or bool(self.motion)
+
+    @property
+    def pictures(self) -> int:
+        """Number of rendered pictures of the video."""
+        return self.frames * (self.sprites or len(self.views))
+
+    @property
     def frames(self) -> int:
         """Number of frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
@@ -218,10 +259,14 @@ class Wish:
         """Return the video request for a photo.
 
         The arguments are paths: the photo, its corrections, further photos of the person, and the
-        video with the motion.
+        video or file with the motion.
         """
-        said = self.said() | {"path": self.path or None}
-        if said.pop("clip"):
+        said = self.said() | {"path": self.path or None, "motion": None}
+        for name in ("clip", "animation", "sprites"):
+            del said[name]
+        if self.sprites:
+            said |= {name: getattr(_PLAIN, name) for name in ("views", "background", "camera")}
+        if self.recorded:
             said = {**said, "motion": clip, "model": AUTO, "seed": 0}
         return VideoRequest.of(
             photo=photo, corrections=corrections, more=",".join(more) or None, **said

@@ -34,8 +34,8 @@ CLEAR = 0.5
 """Confidence from which a landmark counts as seen."""
 LEAST_CLEAR = 6
 """Number of landmarks that have to be seen."""
-Make = Callable[[VideoRequest, str, RunOptions], object]
-"""``a2v video``: the request, the folder, and how to run."""
+Make = Callable[[VideoRequest, str, RunOptions, Wish], object]
+"""``a2v video``: the request, the folder, how to run, and the wish with further files."""
 
 
 class WarmPool(Executor):
@@ -159,7 +159,7 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
     clock = Clock(
         frames=wish.frames,
-        pictures=wish.frames * len(wish.views),
+        pictures=wish.pictures,
         samples=wish.size**2 * wish.spp,
         known=True,
         measured=task["times"],
@@ -171,7 +171,7 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 
     running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear)
     request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
-    make(request, str(folder), running)
+    make(request, str(folder), running, wish)
     outcome = running.outcomes[-1]
     files = {
         str(path.relative_to(folder)): path.stat().st_size

@@ -78,6 +78,18 @@ def test_lips_close_in_short_gaps_only() -> None:
     assert alone["PP"].max() < 0.1
 
 
+def test_the_noise_of_a_recording_keeps_the_mouth_closed() -> None:
+    """Noise 26 dB below the voice, as of a tape: the mouth is closed between two vowels."""
+    sound, quiet = vowel("aa"), np.zeros(int(0.8 * RATE))
+    whole = np.concatenate([quiet, sound, quiet, sound])
+    noise = np.random.default_rng(0).normal(size=len(whole))
+    whole = whole + noise * 0.05 * float(np.sqrt(np.mean(sound**2)))
+    made = mouth_of_speech(whole, RATE, frames=round(len(whole) / RATE * FPS), fps=FPS)["jawOpen"]
+    between = slice(round(1.6 * FPS), round(2.0 * FPS))
+    assert made[round(1.0 * FPS) : round(1.2 * FPS)].min() > 0.3
+    assert made[between].max() < 0.03
+
+
 def test_silence_and_the_time_after_the_sound_keep_the_mouth_at_rest() -> None:
     for sound in (np.zeros(RATE), vowel("aa")):
         made = mouth_of_speech(sound, RATE, frames=90, fps=FPS)

@@ -16,7 +16,7 @@ from a2v import Character, InputError, MissingDependencyError
 from a2v.animation import prepare_rig, retarget
 from a2v.formats import read_motion, write_bvh, write_glb
 from a2v.formats.gltf import VrmMeta, compress_glb, read_glb, write_vrm
-from a2v.formats.gltf.compression import KINDS, PACKAGES
+from a2v.formats.gltf.compression import COMPRESSED, KINDS, PACKAGES, plain
 from a2v.formats.gltf.people import Person, read_person
 from a2v.formats.gltf.person_clips import write_person
 from a2v.formats.gltf.reading import Gltf
@@ -290,7 +290,7 @@ def test_an_odd_leaf_bone_stays_as_it_is_and_is_named(scale: list[float], tmp_pa
     write_bvh(motion, walker(frames=4))
     words = ("--character", tmp_path / "a.glb", "--motions", motion, "--out", target)
     told = answered(*map(str, words))
-    assert "hair of a.glb stay in the pose of the file" in told.notes[0]
+    assert "hair of a.glb stays in the pose of the file" in told.notes[0]
     tree["nodes"][names.index("LeftLeg")]["scale"] = scale
     (tmp_path / "a.glb").write_bytes(glb(tree, binary))
     with pytest.raises(InputError, match=r"scaled unevenly \(LeftLeg"):
@@ -317,22 +317,47 @@ def test_compressed_files_move_as_the_plain_ones(
     assert len(ours) == len(theirs)
     assert far.max() < 2e-3
     for frame in range(4):
-        shown, plain = (
+        shown, whole = (
             heads_at(tmp_path / f"{name}_out.glb", 0, frame) for name in ("small", "plain")
         )
         for bone in BONES:
-            np.testing.assert_allclose(shown[bone], plain[bone], atol=1e-2)
+            np.testing.assert_allclose(shown[bone], whole[bone], atol=1e-2)
     monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(tmp_path / "none"))
     with pytest.raises(MissingDependencyError, match="npm install"):
         read_person(tmp_path / "small.glb")
 
 
-def test_a_compressed_file_that_is_broken_or_a_vrm(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_not_compressed_stays_as_it_is(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of a VRM: its extension, and what other tools write."""
+    tree, binary = small_person()
+    (tmp_path / "a.glb").write_bytes(glb(tree, binary))
+    monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(npm_folder("gltf_transform", *PACKAGES.packages)))
+    compress_glb(tmp_path / "a.glb", kind)
+    small = read_glb(tmp_path / "a.glb")
+    own = {"VRM": {"meta": {"title": "somebody"}}, "other": [1, 2]}
+    (tmp_path / "a.vrm").write_bytes(glb({**small.json, "extensions": own}, small.binary))
+    whole = read_glb(tmp_path / "a.vrm")
+    found = plain(whole)
+    assert found.json["extensions"] == own
+    for name in ("nodes", "skins", "materials", "animations"):
+        assert found.json.get(name) == small.json.get(name)
+    assert not set(COMPRESSED) & set(found.json.get("extensionsRequired", ()))
+    faces = found.json["meshes"][0]["primitives"][0]
+    assert len(found.accessor(faces["attributes"]["POSITION"], "VEC3")) > 100
+    cut = (tmp_path / "a.vrm").read_bytes()
+    broken = bytearray(cut)
+    broken[-len(small.binary) : -len(small.binary) // 2] = bytes(len(small.binary) // 2)
+    (tmp_path / "b.vrm").write_bytes(bytes(broken))
+    with pytest.raises(InputError, match="cannot be decoded"):
+        read_person(tmp_path / "b.vrm")
+
+
+def test_a_compressed_file_that_is_broken(tmp_path: Path) -> None:
     tree, binary = small_person()
     tree["extensionsRequired"] = ["KHR_draco_mesh_compression"]
-    (tmp_path / "a.vrm").write_bytes(glb({**tree, "extensions": {"VRM": {}}}, binary))
-    with pytest.raises(InputError, match="VRM that is compressed"):
-        read_person(tmp_path / "a.vrm")
     tree["accessors"] += [{"componentType": 5126, "count": 40_000_000, "type": "VEC3"}]
     (tmp_path / "a.glb").write_bytes(glb(tree, binary))
     with pytest.raises(InputError, match="unpacks to"):

@@ -120,7 +120,7 @@ def test_bones_without_names_are_found_and_may_be_named_by_a_table(tmp_path: Pat
     for old, new, said in (
         ("left_elbow ", "right_elbow ", "named twice"),
         ("left_elbow ", "elbow ", r"bad.txt:\d+: unknown joint"),
-        ("Bone.003", "Bone.xyz", "has no bone"),
+        ("Bone.003", "Bone.xyz", "there is no bone"),
         ("left_hip ", "- ", "has no bone for left_hip"),
     ):
         (tmp_path / "bad.txt").write_text("\n".join(lines).replace(old, new, 1))

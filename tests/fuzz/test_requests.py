@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from pipelines.serve.app import make_app
 from pipelines.serve.desk import Desk
+from pipelines.serve.library import Library
 from pipelines.serve.live import Live
-from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
 from tests.support.hostile import FEW, TEXTS, VALUES, Tally, count, edited, owes_a_sentence, trees
 from tests.support.page import ready

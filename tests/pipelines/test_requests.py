@@ -48,6 +48,7 @@ OTHERS = {
     "look_at": "camera",
     "retarget.life.look": "left",
     "motion": "m.npz",
+    "motion_bone_map": "k.yaml",
     "views": "front,turntable",
     "camera": "c.yaml",
     "background": "#30506f",
@@ -192,6 +193,7 @@ def test_every_value_changes_what_the_graph_is_given(name, folder, monkeypatch, 
         "timeline": {"action": ""},
         "action": {},
         "motion": {"action": ""},
+        "motion_bone_map": {"action": "", "motion": "m.npz"},
     }.get(name, {"action": "Walk"})
     base = {"photo": "a.jpg", "action": "Walk"} | ({} if name == "motion" else more)
     before = VideoRequest.of(
@@ -236,11 +238,12 @@ def test_python_gives_the_parameters_of_the_command_line(folder, monkeypatch, tm
 
 def test_the_page_asks_by_the_same_names():
     kinds = {item.name for item in dataclasses.fields(Wish)}
-    # an uploaded video is named by its id; the request gets its path as `motion`
-    assert kinds - {"clip"} <= set(names())
+    # an uploaded video or motion is named by its id; the request gets its path as `motion`
+    own = {"clip", "animation", "sprites"}  # the last two are files beside the video
+    assert kinds - own <= set(names())
     wish = Wish(action="Walk", seconds=2.0, views=("front", "back"), size=128)
     asked = wish.request("a.jpg")
-    said = {name: value for name, value in wish.said().items() if name != "clip"}
+    said = {name: value for name, value in wish.said().items() if name not in {*own, "motion"}}
     assert asked == VideoRequest.of(photo="a.jpg", **(said | {"path": None}))
     assert (asked.film.views, asked.motion.seconds, asked.person.photo) == (
         "front,back",

@@ -21,9 +21,10 @@ from a2v.types import ByteArray, Character, Surface
 from pipelines.serve.app import make_app
 from pipelines.serve.desk import Desk
 from pipelines.serve.figure import BODY
+from pipelines.serve.library import Library
 from pipelines.serve.live import Live
 from pipelines.serve.live_child import main
-from pipelines.serve.records import PERSON, Library
+from pipelines.serve.records import PERSON
 from tests.support.page import ready
 
 DRIVE = "from tests.support.live import drive; drive()"

@@ -20,7 +20,8 @@ from PIL import Image
 
 from pipelines.engine.forget import ref_of
 from pipelines.nodes.values import Blob
-from pipelines.serve.records import PERSON, Library, Photo
+from pipelines.serve.library import Library
+from pipelines.serve.records import PERSON, Photo
 from pipelines.serve.talk import ORIGINAL
 from tests.support.uploads import picture
 

@@ -21,8 +21,9 @@ from a2v.perception import Corrections
 from a2v.samples.ready import PHOTO
 from pipelines.commands.serve import COMPUTE
 from pipelines.serve.desk import Desk
+from pipelines.serve.library import Library
 from pipelines.serve.live import Live
-from pipelines.serve.records import Library, Photo
+from pipelines.serve.records import Photo
 from pipelines.serve.talk import ORIGINAL
 from pipelines.serve.wishes import Wish
 from tests.support.page import arrived

@@ -128,6 +128,9 @@ class Screens:
         return {
             "photos": [photo, worse] if bad else [photo],
             "jobs": [self._job(digit, how) for digit, how in STATES.items()] if jobs else [],
+            "motions": [
+                {"id": "c" * 16, "title": "my dance", "seconds": 9.5, "notes": ["the first of 3"]}
+            ],
             "damaged": 2 if bad else 0,
             "problem": "changes cannot be saved: the disk is full" if bad else "",
         }
@@ -220,6 +223,8 @@ SCREENS: Mapping[str, tuple[dict[str, bool] | None, Callable[[Page], None]]] = {
     "films": ({}, unfold),
     "clip": ({"jobs": False}, _export("Clip")),
     "film": ({"jobs": False}, _export("Film")),
+    "gif": ({"jobs": False}, _export("GIF")),
+    "sprites": ({"jobs": False}, _export("Sprites")),
     "character": ({"jobs": False}, _export("Person")),
 }
 """By name: arguments of `Screens.state` (None: the server's own, which has no record), and what is

@@ -65,11 +65,18 @@ def read_bvh(
         The file is missing, empty, truncated, inconsistent, not finite, of absurd size or not a
         person; the message names the file and the line.
     """
+    recording = read_bvh_bones(path, name=name)
+    motion = motion_of(recording, units=units, up=up, person=person, action=action)
+    return motion if fps is None else resample_motion(motion, fps)
+
+
+def read_bvh_bones(path: str | os.PathLike[str] | bytes, *, name: str = "BVH text") -> Recording:
+    """Read the moving bones of a BVH file, in its axes and units; see `read_bvh`."""
     text, source = _read_text(path, name)
     with reading(source, "BVH file that can be read"):
         file, dropped = _without_rest_frame(parse_bvh(text, source))
     local, world, rotmats = _transforms(file)
-    recording = Recording(
+    return Recording(
         source=source,
         bones=file.nodes,
         local=local,
@@ -77,16 +84,8 @@ def read_bvh(
         rotmats=rotmats,
         fps=_fps(file.frame_time),
         notes=file.notes,
-    )
-    motion = motion_of(
-        recording,
-        units=units,
-        up=up,
-        person=person,
-        action=action,
         facts={"dropped_rest_frame": dropped},
     )
-    return motion if fps is None else resample_motion(motion, fps)
 
 
 def _read_text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, str]:

@@ -1,6 +1,7 @@
-"""Compress and decode GLB files by glTF Transform (npm, MIT): meshopt or Draco.
+"""Compress GLB files by glTF Transform (npm, MIT), and decode their arrays: meshopt or Draco.
 
-Node runs the package ``@gltf-transform/cli``; this module downloads nothing.
+Node runs the package ``@gltf-transform/cli``, and decoders that come with it; this module downloads
+nothing.
 """
 
 from __future__ import annotations
@@ -94,12 +95,12 @@ def decompress_glb(source: str | os.PathLike[str], target: Path) -> None:
 
 
 def plain(file: Gltf) -> Gltf:
-    """Return a file whose arrays are not compressed. Of a VRM this would lose the extensions.
+    """Return a file whose arrays are not compressed; all else, as of a VRM, stays as it is.
 
     Raises
     ------
     InputError
-        A compressed VRM, or one that cannot be decoded or unpacks to too much.
+        It cannot be decoded, or unpacks to too much.
     MissingDependencyError
         See `decompress_glb`.
     """
@@ -107,8 +108,6 @@ def plain(file: Gltf) -> Gltf:
     found = [kind for kind in COMPRESSED if isinstance(used, list) and kind in used]
     if not found:
         return file
-    if isinstance(file.json.get("extensions"), dict):
-        raise file.fail(f"is a VRM that is compressed ({found[0]}); save it without compression")
     most = sum(file.count(index) for index in range(len(file.items("accessors"))))
     if most > MAX_NUMBERS:
         raise file.fail(f"unpacks to {most} elements; expected at most {MAX_NUMBERS}")

@@ -15,7 +15,7 @@ from a2v.formats.gltf.armatures import bone_nodes, humanoid, parents_among
 from a2v.formats.gltf.compression import plain
 from a2v.formats.gltf.reading import Gltf, decomposed, node_name, read_glb
 from a2v.formats.recording import Recording
-from a2v.io import brief, reading
+from a2v.io import brief, reading, shorten
 from a2v.kinematics import quat_to_rotmat
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.resample import MAX_JOINT_FRAMES, SHOWN_FPS, continuous
@@ -217,8 +217,8 @@ def _chosen(file: Gltf, animations: list[_Animation], clip: str) -> _Animation:
             named.append(animations[int(clip)])
         if not named:
             raise InputError(
-                f"{file.path} has no animation '{clip}'; choose one of "
-                + ", ".join(f"'{one.name}'" for one in animations[:12])
+                f"{file.path} has no animation '{shorten(clip)}'; choose one of "
+                + ", ".join(f"{place} '{one.name}'" for place, one in enumerate(animations[:12]))
             )
         return named[0]
     human = set(humanoid(file))

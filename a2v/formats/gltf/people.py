@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.formats.bone_map import OTHERS, read_bone_map, write_bone_map
+from a2v.formats.bone_map import read_bone_map, write_bone_map
 from a2v.formats.gltf.armatures import (
     Armature,
     Twin,
@@ -24,8 +24,8 @@ from a2v.formats.gltf.compression import plain
 from a2v.formats.gltf.reading import Gltf, decomposed, read_glb
 from a2v.formats.gltf.skins import read_skin
 from a2v.io import reading
-from a2v.kinematics.names import REQUIRED, canonical_joints, missing_joints
-from a2v.kinematics.understand import UP_Z, understand
+from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.kinematics.understand import UP_Z
 from a2v.types import Body, FloatArray, IntArray
 
 _HEIGHTS = (0.3, 4.0)
@@ -122,8 +122,7 @@ def has_skin(path: str | os.PathLike[str]) -> bool:
 def write_map_of(
     path: str | os.PathLike[str], target: str | os.PathLike[str], *, name: object = None
 ) -> None:
-    """Write the bones of a character's file as a table to be edited (`a2v.formats.bone_map`), with
-    the best guess of its joints.
+    """Write the bones of a character's file as a table to be edited (`a2v.formats.bone_map`).
 
     Raises
     ------
@@ -133,14 +132,7 @@ def write_map_of(
     file = dataclasses.replace(plain(read_glb(path)), path=Path(str(name or path)))
     with reading(file.path, "person that can be read", "a skinned person in a binary glTF 2.0"):
         one = _armatures(file)[0]
-        parents = one.parents.tolist()
-        found = understand(one.names, parents, one.heads)
-        guess = canonical_joints(one.names, parents) if found is None else found.joints
-        known = (*REQUIRED, *OTHERS)
-        guess = {
-            joint: bone for joint, bone in guess.items() if joint in known and bone < len(one.names)
-        }
-    write_bone_map(target, one.names, parents, guess)
+    write_bone_map(target, one.names, one.parents.tolist(), one.heads)
 
 
 def _armatures(file: Gltf) -> list[Armature]:

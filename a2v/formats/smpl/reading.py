@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.conventions import choose_scale, y_up_rotmat
+from a2v.formats.conventions import choose_scale, clip_number, y_up_rotmat
 from a2v.formats.recording import motion_of
 from a2v.formats.smpl.skeleton import NAMES, OFFSETS, PARENTS, posed, upward_axis
 from a2v.formats.smpl.stored import load_arrays
@@ -61,7 +61,7 @@ _AMASS = _Kind("SMPL parameters", 30.0)
 _HUMANML3D = _Kind("HumanML3D's joints", 20.0)
 
 
-def read_smpl_motion(path: str | os.PathLike[str], *, action: str = "") -> Motion:
+def read_smpl_motion(path: str | os.PathLike[str], *, action: str = "", clip: str = "") -> Motion:
     """Read a motion of the kinds that this module names.
 
     Parameters
@@ -70,6 +70,9 @@ def read_smpl_motion(path: str | os.PathLike[str], *, action: str = "") -> Motio
         ``.npz``, ``.npy``, ``.pkl`` (also joblib's) or ``.pt``; the content decides.
     action : str
         Stored in the motion.
+    clip : str
+        Number of the motion, or name of the person, in a file with several; "" takes the first
+        motion, and the person with most frames.
 
     Returns
     -------
@@ -85,15 +88,14 @@ def read_smpl_motion(path: str | os.PathLike[str], *, action: str = "") -> Motio
     """
     source = Path(path)
     with reading(source, "motion that can be read", "arrays of a motion of SMPL's joints"):
-        return _read(str(source), load_arrays(source, _KEPT), action)
+        return _read(str(source), load_arrays(source, _KEPT), action, clip)
 
 
-def _read(source: str, content: Any, action: str) -> Motion:
+def _read(source: str, content: Any, action: str, clip: str) -> Motion:
     notes: list[str] = []
     kind = _AMASS
     if isinstance(content, Mapping):
-        content, kind, said = _part(content)
-        notes += said
+        content, kind, clip = _part(source, content, clip, notes)
     if isinstance(content, np.ndarray):
         content = {"arr_0": content}
     if not isinstance(content, Mapping):
@@ -104,8 +106,10 @@ def _read(source: str, content: Any, action: str) -> Motion:
         if name in _KEPT and isinstance(value, np.ndarray | np.generic | float | int)
     }
     scale = arrays.get("smpl_scaling")
-    found = _joints_in(arrays, content, notes)
-    if found is not None:
+    found = _joints_in(arrays, content, (source, clip), notes)
+    if found is None:
+        clip_number(source, clip, 1)
+    else:
         joints, kind = found
         return _of_joints(source, joints, _fps(arrays, kind, notes), (kind, action, notes))
     turns = _rotations_in(arrays)
@@ -139,18 +143,26 @@ def _read(source: str, content: Any, action: str) -> Motion:
     if up != kind.up:
         notes.append(f"the person stands along {up}, not along the usual {kind.up}")
     fps = _fps(arrays, kind, notes)
-    recording = replace(recording, source=source, fps=fps, up=up, notes=tuple(notes))
-    return motion_of(recording, units="meters", action=action, facts={"format": kind.title})
+    facts = {"format": kind.title}
+    recording = replace(recording, source=source, fps=fps, up=up, notes=tuple(notes), facts=facts)
+    return motion_of(recording, units="meters", action=action)
 
 
-def _part(content: Mapping[Any, Any]) -> tuple[Mapping[Any, Any], _Kind, list[str]]:
+def _part(
+    source: str, content: Mapping[Any, Any], clip: str, notes: list[str]
+) -> tuple[Mapping[Any, Any], _Kind, str]:
     """Return the dict that holds the motion: of GVHMR's the one in the world, of several people's
-    the one with most frames."""
+    the one called `clip` or with most frames; and what is left of `clip`."""
     if isinstance(inner := content.get("smpl_params_global"), Mapping):
-        return inner, _Kind("GVHMR", 30.0), []
-    people = {key: value for key, value in content.items() if isinstance(value, Mapping)}
+        return inner, _Kind("GVHMR", 30.0), clip
+    people = {str(key): value for key, value in content.items() if isinstance(value, Mapping)}
     if not people or set(map(str, content)) & {*_WHOLE, *_BODIES, *_JOINTS}:
-        return content, _AMASS, []
+        return content, _AMASS, clip
+    if clip:
+        if clip not in people:
+            listed = ", ".join(f"'{shorten(key, 40)}'" for key in [*people][:12])
+            raise InputError(f"{source} has no person '{shorten(clip)}'; choose one of {listed}")
+        return people[clip], _AMASS, ""
 
     def frames(person: Mapping[Any, Any]) -> int:
         return max(
@@ -163,32 +175,33 @@ def _part(content: Mapping[Any, Any]) -> tuple[Mapping[Any, Any], _Kind, list[st
         )
 
     best = max(people, key=lambda key: frames(people[key]))
-    said = (
-        [f"of {len(people)} people '{shorten(str(best), 40)}', with most frames, is read"]
-        if len(people) > 1
-        else []
-    )
-    return people[best], _AMASS, said
+    if len(people) > 1:
+        notes.append(f"of {len(people)} people '{shorten(best, 40)}', with most frames, is read")
+    return people[best], _AMASS, ""
 
 
 def _joints_in(
-    arrays: Mapping[str, np.ndarray], content: Mapping[Any, Any], notes: list[str]
+    arrays: Mapping[str, np.ndarray],
+    content: Mapping[Any, Any],
+    wanted: tuple[str, str],
+    notes: list[str],
 ) -> tuple[FloatArray, _Kind] | None:
-    """Return joints (T, 22 or 24, 3) if the arrays have such, and their kind."""
+    """Return joints (T, 22 or 24, 3) if the arrays have such, and their kind; `wanted` is the name
+    of the file and the number of the motion in it."""
     for name in _JOINTS:
         array = arrays.get(name)
         if array is None or array.dtype.kind not in "fiu":
             continue
-        if array.ndim == 4 and array.shape[1] in _JOINT_SETS and array.shape[2] == 3:  # MDM
-            length = _first_number(content.get("lengths"))
-            if len(array) > 1:
-                notes.append(f"of {len(array)} motions the first is read")
-            joints = np.moveaxis(array[0], -1, 0)
+        several = array.ndim == 4 and len(array) > 0
+        number = clip_number(*wanted, len(array) if several else 1)
+        if several and len(array) > 1 and not wanted[1]:
+            notes.append(f"of {len(array)} motions the first is read")
+        if several and array.shape[1] in _JOINT_SETS and array.shape[2] == 3:  # MDM
+            length = _number(content.get("lengths"), number)
+            joints = np.moveaxis(array[number], -1, 0)
             return joints[: length or None].astype(np.float64), _Kind("MDM", 20.0)
-        if array.ndim == 4 and len(array) and array.shape[2] in _JOINT_SETS:  # a batch
-            if len(array) > 1:
-                notes.append(f"of {len(array)} motions the first is read")
-            array = array[0]
+        if several and array.shape[2] in _JOINT_SETS:
+            array = array[number]
         if array.ndim == 3 and array.shape[2] == 3 and array.shape[1] in _JOINT_SETS:
             joints = array[:, : 24 if array.shape[1] == 24 else 22].astype(np.float64)
             path = _path_in(arrays, len(joints))
@@ -201,10 +214,10 @@ def _joints_in(
     return None
 
 
-def _first_number(values: object) -> int:
-    """Return the first of an array or a list of numbers; 0 if there is none."""
-    first = values[0] if isinstance(values, list | np.ndarray) and len(values) else 0
-    return int(first) if isinstance(first, int | np.integer) and first > 0 else 0
+def _number(values: object, place: int) -> int:
+    """Return a number of an array or a list of them; 0 if there is none."""
+    found = values[place] if isinstance(values, list | np.ndarray) and place < len(values) else 0
+    return int(found) if isinstance(found, int | np.integer) and found > 0 else 0
 
 
 def _from_features(features: FloatArray) -> FloatArray:

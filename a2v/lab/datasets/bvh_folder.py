@@ -12,16 +12,14 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh
-from a2v.formats.registry import MOTION_FORMATS, read_motion
+from a2v.formats.registry import read_motion, readable_suffixes
 from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
 from a2v.kinematics.names import canonical_joints
 from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import Motion, Progress
 
-SUFFIXES: frozenset[str] = frozenset(
-    suffix for item in MOTION_FORMATS if item.read for suffix in item.suffixes
-) - {".txt", ".json"}
+SUFFIXES: frozenset[str] = frozenset(readable_suffixes()) - {".txt", ".json"}
 """Suffixes of the files that are clips; texts may be notes about them."""
 
 

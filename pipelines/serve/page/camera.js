@@ -1,5 +1,5 @@
 // Takes a photo with the camera after a countdown: a person who wants to be seen whole has to step back.
-import { byId, say } from "./tools.js";
+import { byId, openDialog, say } from "./tools.js";
 
 export class Camera {
   constructor(button, take) {
@@ -16,7 +16,7 @@ export class Camera {
 
   async open() {
     say(byId("shutter-problem"), "");
-    this.dialog.showModal();
+    openDialog(this.dialog);
     byId("snap").disabled = true;
     try {
       const wanted = { video: { width: { ideal: 1920 }, height: { ideal: 1920 }, facingMode: "user" }, audio: false };

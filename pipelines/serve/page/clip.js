@@ -5,11 +5,10 @@ export class Clip {
   /** `photo` and `choices` give the chosen photo and the server's limits; `changed` hears that something is new, `use` that the motion is wanted. */
   constructor(photo, choices, changed, use) {
     this.use = use;
-    const problem = byId("clip-problem"), file = byId("clip-file");
-    file.onchange = async () => {
-      const sent = file.files[0], now = photo();
-      file.value = "";
-      if (!sent) return;
+    const file = byId("clip-file");
+    file.onchange = () => { const [sent] = file.files; if (sent) this.take(sent); file.value = ""; };
+    this.take = async (sent, problem = byId("clip-problem")) => {
+      const now = photo();
       if (!now) { say(problem, "Add a photo first: the person of the photo takes over the motion."); return; }
       const limit = choices().clip;
       if (sent.size > limit) { say(problem, `This is larger than ${limit >> 20} MB; send a shorter video.`); return; }
@@ -17,13 +16,13 @@ export class Clip {
       byId("clip").setAttribute("aria-busy", "true");
       try {
         await ask(`api/photos/${now.id}/clip?name=${encodeURIComponent(sent.name)}`, { method: "POST", body: sent });
-        use(sent.name.replace(/\.[^.]*$/, "") || "video");
+        use({ title: sent.name.replace(/\.[^.]*$/, "") || "video" });
       } catch (error) { say(problem, error.message); }
       byId("clip").removeAttribute("aria-busy");
       changed();
     };
     byId("clip-remove").onclick = async () => {
-      try { await ask(`api/photos/${photo().id}/clip`, { method: "DELETE" }); } catch (error) { say(problem, error.message); return; }
+      try { await ask(`api/photos/${photo().id}/clip`, { method: "DELETE" }); } catch (error) { say(byId("clip-problem"), error.message); return; }
       changed();
     };
   }
@@ -32,6 +31,6 @@ export class Clip {
     const has = Boolean(photo && photo.clip);
     byId("clip-use").hidden = byId("clip-remove").hidden = !has;
     byId("clip-use").textContent = has ? `Do what happens in ${photo.clip_title} (${duration(photo.clip_seconds || 1)})` : "";
-    byId("clip-use").onclick = () => this.use(photo.clip_title);
+    byId("clip-use").onclick = () => this.use({ title: photo.clip_title });
   }
 }

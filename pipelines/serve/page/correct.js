@@ -1,5 +1,5 @@
 // Correcting what was seen in a photo: landmarks to drag, limbs to turn, a brush for the mask, who is meant. Positions are fractions of the photo.
-import { ask, byId, make, say } from "./tools.js";
+import { ask, byId, make, openDialog, say } from "./tools.js";
 
 const SPACE = "http://www.w3.org/2000/svg";
 const NAMES = [
@@ -66,7 +66,7 @@ export class Corrector {
     byId("fix-file").hidden = !photo.corrected;
     byId("fix-file").href = `${address}/me.yaml`;
     this.take("move");
-    this.dialog.showModal();
+    openDialog(this.dialog);
     try { this.said = { ...(await ask(`api/photos/${photo.id}/corrections`)), units: "fractions" }; } catch (error) { say(byId("fix-problem"), error.message); }
     this.show();
     this.refit();

@@ -1,7 +1,10 @@
-// What can be taken away: a clip of the stage, a traced film, the person for other programs, the motion alone, a page to send on.
-import { ask, byId, make, say, size } from "./tools.js";
+// What can be taken away: a clip of the stage, a traced film, a GIF, the person for other programs, the motion alone, sprites, a page to send on.
+import { ask, byId, make, openDialog, say, size } from "./tools.js";
 
-const TABS = { Clip: "clip", Film: "film", Person: "person", Motion: "motion", "Share page": "share" };
+const TABS = { Clip: "clip", Film: "film", GIF: "gif", Person: "person", Motion: "motion", Sprites: "sprites", "Share page": "share" };
+const ANIMATIONS = [["gif", "GIF, shown everywhere"], ["webp", "animated WebP, smaller and cleaner"]];
+const DIRECTIONS = [["8", "8"], ["4", "4"], ["16", "16"], ["1", "1, the front"]];
+const SPRITES = [["64", "64 pixels"], ["128", "128 pixels"], ["256", "256 pixels"]];
 const FORMATS = [
   [".glb", "Blender, Unity, Godot, browsers (GLB)"], [".fbx", "Unreal, Maya, 3ds Max (FBX)"], [".usdz", "iPhone, iPad, Apple's tools (USDZ)"],
 ];
@@ -40,7 +43,7 @@ export class Exporter {
 
   open(photo) {
     this.photo = photo;
-    this.dialog.showModal();
+    openDialog(this.dialog);
     this.choose(this.tab || "Clip");
   }
 
@@ -107,9 +110,13 @@ export class Exporter {
 
   // --- a traced film
 
-  film() {
-    const [looks, look] = this.pick("Light", LIGHTS, byId("light").value), [shapes, shape] = this.pick("Shape", SHAPES, "9:16"), [sizes, side] = this.pick("Size", SIZES, "384");
-    const [backs, back] = this.pick("Background", BACKGROUNDS, "stage"), [rates, fps] = this.pick("Frames a second", [["12", "12, quick"], ["24", "24"], ["30", "30"], ["60", "60, smooth"]], "24");
+  gif() { return this.film(true); }
+
+  /** The form of a film; `small`: of a GIF or animated WebP beside it. */
+  film(small = false) {
+    const [kinds, kind] = this.pick("File", ANIMATIONS, "gif"), noun = small ? "GIF" : "film";
+    const [looks, look] = this.pick("Light", LIGHTS, byId("light").value), [shapes, shape] = this.pick("Shape", SHAPES, small ? "1:1" : "9:16"), [sizes, side] = this.pick("Size", SIZES, small ? "256" : "384");
+    const [backs, back] = this.pick("Background", BACKGROUNDS, "stage"), [rates, fps] = this.pick("Frames a second", [["12", "12, quick"], ["24", "24"], ["30", "30"], ["60", "60, smooth"]], small ? "12" : "24");
     const [cameras, camera] = this.pick("Camera", [["follow", "goes along"], ["still", "stands still"]], "follow"), [fines, fine] = this.pick("Grain", [["4", "some, quick"], ["8", "little"], ["32", "hardly any, slow"]], "8");
     const color = make("input", { type: "color", value: "#30506f" }), colors = make("label", { className: "grow", hidden: true }, "Color");
     colors.append(color);
@@ -123,43 +130,55 @@ export class Exporter {
     told.setAttribute("role", "status");
     const wish = () => ({
       ...this.wish(), look: look.value, aspect: shape.value, size: Number(side.value), spp: Number(fine.value), fps: Number(fps.value), camera: camera.value,
-      background: back.value === "color" ? color.value : back.value, views: boxes.map(label => label.firstElementChild).filter(item => item.checked).map(item => item.value),
+      background: back.value === "color" ? color.value : back.value, animation: small ? kind.value : "", views: boxes.map(label => label.firstElementChild).filter(item => item.checked).map(item => item.value),
     });
     let turn = 0, timer;
     const draw = async () => {
       const own = ++turn, asked = wish();
       colors.hidden = back.value !== "color";
       if (!this.photo || !this.photo.known || !asked.views.length) return;
-      told.textContent = "Drawing a still of the film…";
+      told.textContent = `Drawing a still of the ${noun}…`;
       try {
         const begun = performance.now(), found = await ask(`api/people/${this.photo.id}/still`, { method: "POST", body: JSON.stringify({ wish: asked }) });
         if (own !== turn) return;
         const bytes = Uint8Array.from(atob(found.picture), letter => letter.charCodeAt(0));
         URL.revokeObjectURL(picture.src);
-        Object.assign(picture, { src: URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })), alt: "a still: how the film will look", hidden: false });
-        told.textContent = "How the film will look.";
+        Object.assign(picture, { src: URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })), alt: `a still: how the ${noun} will look`, hidden: false });
+        told.textContent = `How the ${noun} will look.`;
         picture.dataset.took = Math.round(performance.now() - begun);
       } catch (error) { if (own === turn) { told.textContent = ""; say(this.problem, error.message); } }
     };
     const soon = () => { clearTimeout(timer); timer = setTimeout(draw, 250); };
-    const go = this.act("Make the film", "Sending…", async () => {
-      const asked = wish(), photo = await this.page.owned();
-      await ask("api/jobs", { method: "POST", body: JSON.stringify({ photo, wish: asked }) });
-      await this.page.poll();
-      this.dialog.close();
-      byId("films").scrollIntoView({ block: "nearest" });
-    });
+    const go = this.act(`Make the ${noun}`, "Sending…", () => this.order(wish()));
     const form = make("div", { className: "choices" }), more = make("details"), rows = [[looks, shapes], [sizes, backs, colors]].map(items => { const row = make("div", { className: "row" }); row.append(...items); return row; });
     const rest = make("div", { className: "row" });
     rest.append(rates, cameras, fines);
     more.append(make("summary", {}, "More"), rest);
-    form.append(...rows, box, more);
+    form.append(...(small ? [kinds] : []), ...rows, box, more);
     form.onchange = soon;
     const both = make("div", { className: "pair" }), side_ = make("div");
     side_.append(picture, told);
     both.append(form, side_);
     soon();
-    return [make("p", { className: "hint" }, "Every frame is traced with soft light and shadow. It is made in the background; the stage stays free."), both, go];
+    const hint = small ? "A short film that plays by itself, of at most 8 MB: sizes and frames are reduced to fit. It is made in the background." : "Every frame is traced with soft light and shadow. It is made in the background; the stage stays free.";
+    return [make("p", { className: "hint" }, hint), both, go];
+  }
+
+  /** Ask for a film; it is made in the background. */
+  async order(wish) {
+    const photo = await this.page.owned();
+    await ask("api/jobs", { method: "POST", body: JSON.stringify({ photo, wish }) });
+    await this.page.poll();
+    this.dialog.close();
+    byId("films").scrollIntoView({ block: "nearest" });
+  }
+
+  sprites() {
+    const [ways, way] = this.pick("Directions", DIRECTIONS, "8"), [sides, side] = this.pick("Size", SPRITES, "128"), [rates, fps] = this.pick("Frames a second", [["8", "8"], ["12", "12"], ["24", "24"]], "8");
+    const [looks, look] = this.pick("Light", LIGHTS, byId("light").value), row = make("div", { className: "row" });
+    row.append(ways, sides, rates, looks);
+    const go = this.act("Make the sprites", "Sending…", () => this.order({ ...this.wish(), sprites: Number(way.value), size: Number(side.value), fps: Number(fps.value), look: look.value, aspect: "1:1" }));
+    return [make("p", { className: "hint" }, "Every frame from all directions on one transparent picture, and a list of the places, for game engines. It is made in the background."), row, go];
   }
 
   // --- files for other programs

@@ -6,7 +6,9 @@ const VIEWS = { video: "All views", photo: "In the photo", front: "Front", back:
 const ABOUT = {
   "character.glb": "The person with this motion, for Blender, Unity, Unreal and browsers", "motion.bvh": "The motion alone, for Blender, MotionBuilder and Maya",
   "motion.npz": "The motion as numbers, for Python", "preview.html": "A page with the person and the film, to send on", "report.json": "How it was made, to make it again",
+  "video.gif": "GIF", "video.webp": "Animated WebP", "sprites.png": "The sprites", "sprites.json": "The places of the sprites, for game engines",
 };
+const PICTURES = { "sprites.png": "sprites", "video.gif": "GIF", "video.webp": "animated WebP" };
 
 export class Films {
   constructor(element, changed) {
@@ -68,7 +70,12 @@ class Film {
 
   address(name) { return `jobs/${this.id}/${name.split("/").map(encodeURIComponent).join("/")}`; }
 
-  showResult() {
+  /** The file that was asked for. */
+  get wanted() { return Object.keys(PICTURES).find(name => this.job.files[name]) || "video.mp4"; }
+
+  /** The film with its views, or the picture that was asked for. */
+  shown() {
+    if (this.wanted in PICTURES) return [make("img", { className: "still", src: this.address(this.wanted), alt: `${PICTURES[this.wanted]} of ${this.job.title}` })];
     const film = make("video", { controls: true, loop: true, muted: true, autoplay: true, playsInline: true }), row = make("div", { className: "row views" });
     const names = ["video", "photo", ...this.job.wish.views].filter(name => this.job.files[`${name}.mp4`]);
     film.setAttribute("aria-label", `film of ${this.job.title}`);
@@ -81,8 +88,12 @@ class Film {
     row.append(...names.map(name => make("button", { type: "button", onclick: () => pick(name) }, VIEWS[name])));
     row.hidden = names.length < 3;
     pick(names.length === 2 ? names[1] : "video");
-    this.find(".result").replaceChildren(film, row);
-    const list = make("ul", { className: "downloads" }), shown = Object.keys(this.job.files).filter(name => !name.startsWith("frame/"));
+    return [film, row];
+  }
+
+  showResult() {
+    this.find(".result").replaceChildren(...this.shown());
+    const list = make("ul", { className: "downloads" }), shown = Object.keys(this.job.files).filter(name => !/^(frame\/|dir\d)/.test(name));
     list.append(...shown.map(name => {
       const item = make("li"), view = VIEWS[name.replace(/\.mp4$/, "")];
       item.append(make("a", { href: `${this.address(name)}?download`, download: name }, ABOUT[name] || (view ? `Film: ${view.toLowerCase()}` : name)), ` ${size(this.job.files[name])}`);
@@ -111,7 +122,7 @@ class Film {
     const own = `api/jobs/${this.id}`, over = status !== "waiting" && status !== "running", found = [];
     if (!over) found.push(act("Cancel", `${own}/cancel`, "POST"));
     if (over && status !== "done") found.push(act("Try again", `${own}/again`, "POST"));
-    if (status === "done") found.push(make("a", { className: "button primary", href: `${this.address("video.mp4")}?download`, download: "film.mp4" }, "Download the film"));
+    if (status === "done") found.push(make("a", { className: "button primary", href: `${this.address(this.wanted)}?download`, download: this.wanted.replace("video", "film") }, `Download the ${PICTURES[this.wanted] || "film"}`));
     if (over) found.push(act("Remove", own, "DELETE", "Remove this film and its files?"));
     this.find(".buttons").replaceChildren(...found);
   }

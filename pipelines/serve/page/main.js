@@ -6,6 +6,7 @@ import { Films } from "./films.js";
 import { Gallery, loadFigures } from "./gallery.js";
 import { simpler } from "./ground.js";
 import { liveControls } from "./live.js";
+import { Motions } from "./motions.js";
 import { Performance } from "./performance.js";
 import { PhotoPanel, gradeOf } from "./photo.js";
 import { Stage, unpacked } from "./stage.js";
@@ -16,7 +17,7 @@ const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: 
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
 const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
-let choices = null, state = { photos: [], jobs: [] }, stage = null;
+let choices = null, state = { photos: [], jobs: [], motions: [] }, stage = null;
 let chosen = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
 let answered = false;  // whether the server has told its state
 let onStage = "";  // whose person stands on the stage
@@ -25,9 +26,10 @@ let formed = "";  // which stages of which photo were shown
 const photoOf = id => state.photos.find(photo => photo.id === id);
 const acting = () => (onStage === SAMPLE || onStage === chosen ? onStage : "");  // who can act now
 
-function choose(id) {
+/** Bring a person on the stage; `way` is how the address changes, so that "back" leads to the one before. */
+function choose(id, way = "replaceState") {
+  if (way && id !== chosen) history[way](null, "", id === SAMPLE ? location.pathname : `#photo=${id}`);
   chosen = id;
-  history.replaceState(null, "", id === SAMPLE ? location.pathname : `#photo=${id}`);
   say(byId("problem"), "");
   showPeople();
 }
@@ -36,7 +38,9 @@ function choose(id) {
 
 async function upload(blob, name) {
   if (!blob) return;
-  if (blob.type && !blob.type.startsWith("image/")) return refuse("This is no photo. Choose a JPEG or PNG of one person.");
+  if (motions.holds(blob)) return motions.take(blob, byId("problem"));
+  if (blob.type.startsWith("video/")) return clip.take(blob, byId("problem"));
+  if (blob.type && !blob.type.startsWith("image/")) return refuse("This is no photo, video or motion. Choose a JPEG or PNG of one person.");
   if (choices && blob.size > choices.upload) return refuse(`This is larger than ${choices.upload >> 20} MB; choose a smaller photo.`);
   await send(`api/photos?name=${encodeURIComponent(name || "photo")}`, { method: "POST", body: blob });
 }
@@ -57,7 +61,7 @@ async function send(address, how) {
     photo = await ask(address, how);
     asked += 1;  // an answer under way does not know this photo
     state.photos.push(photo);
-    choose(photo.id);
+    choose(photo.id, "pushState");
     poll();
   } catch (error) { refuse(error.message); }
   byId("doing").textContent = "";
@@ -77,7 +81,7 @@ function showPeople() {
     button.setAttribute("aria-pressed", id === chosen);
     button.setAttribute("aria-label", title);
     button.append(picture ? make("img", { src: picture, alt: "" }) : "…");
-    button.onclick = () => choose(id);
+    button.onclick = () => choose(id, "pushState");
     return button;
   };
   byId("people").replaceChildren(face(SAMPLE, "the sample person", "page/sample.webp"),
@@ -177,7 +181,8 @@ const panel = new PhotoPanel({
   },
   films: id => state.jobs.filter(job => job.photo === id).length,
 });
-const clip = new Clip(() => photoOf(chosen), () => choices, () => poll(), title => { performance_.copy(title); });
+const clip = new Clip(() => photoOf(chosen), () => choices, () => poll(), copied => { performance_.copy(copied); });
+const motions = new Motions(() => choices, () => poll(), copied => { performance_.copy(copied); });
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
 // --- what the person does
@@ -225,14 +230,16 @@ let reading = 0, typing;
 async function read() {
   const own = ++reading, text = action.value.trim();
   understood.className = "understood";
+  say(byId("unkept"), "");
   gallery.show(choices.actions, text, byId("theme").value);
   if (!text) { understood.textContent = ""; return; }
   try {
     const found = await ask("api/words", { method: "POST", body: JSON.stringify({ text }) });
     if (own !== reading) return;
     understood.classList.add("good");
-    understood.textContent = `Understood: ${found.parts.map(part => part.title).join(", then ")}`;
-    performance_.set(found.parts);
+    understood.textContent = `Understood: ${found.parts.map(part => [part.title, ...part.wishes.filter(wish => wish.kept).map(wish => wish.text)].join(", ")).join("; then ")}`;
+    say(byId("unkept"), found.parts.flatMap(part => part.wishes).filter(wish => !wish.kept).map(wish => `Not kept: ${wish.text}${wish.why ? ` (${wish.why})` : ""}.`).join(" "));
+    performance_.set(found.parts, text);
   } catch (error) {
     if (own !== reading) return;
     understood.classList.add("bad");
@@ -318,6 +325,7 @@ async function poll() {
     byId("lost").hidden = true;
     showPeople();
     films.show(state.jobs, photoOf);
+    motions.show(state.motions);
     byId("films").hidden = !state.jobs.length;
     say(byId("full"), state.problem);
     byId("damaged").hidden = !state.damaged;
@@ -333,7 +341,11 @@ async function poll() {
 }
 byId("damaged").lastElementChild.onclick = () => ask("api/damaged", { method: "DELETE" }).catch(() => {}).then(poll);
 document.addEventListener("visibilitychange", () => { if (!document.hidden) poll(); });
-window.addEventListener("hashchange", () => choose(new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE));
+window.addEventListener("popstate", () => {
+  for (const dialog of document.querySelectorAll("dialog[open]")) dialog.dispatchEvent(new Event("cancel", { cancelable: true })) && dialog.close();
+  const id = new URLSearchParams(location.hash.slice(1)).get("photo") || SAMPLE;
+  if (id !== chosen) choose(id, "");
+});
 
 /** The script of the viewer, after the first paint. */
 function loadViewer() {

@@ -7,13 +7,13 @@ export class Performance {
   /** `changed` hears that something else is to be played. */
   constructor(changed) {
     this.changed = changed;
-    this.now = { parts: [], speed: 1, mirror: false, seed: 0, path: [], copied: "" };
+    this.now = { parts: [], text: "", speed: 1, mirror: false, seed: 0, path: [], copied: null };
     this.past = [];
     this.open = -1;
     byId("speed").onchange = () => this.change({ speed: Number(byId("speed").value) });
     byId("mirror").onclick = () => this.change({ mirror: !this.now.mirror });
     byId("take").onclick = () => this.change({ seed: this.now.seed + 1 });
-    byId("stand").onclick = () => this.change({ parts: [], path: [], copied: "" });
+    byId("stand").onclick = () => this.change({ parts: [], path: [], copied: null });
     byId("undo").onclick = () => this.undo();
     this.show();
   }
@@ -21,9 +21,10 @@ export class Performance {
   get parts() { return this.now.parts; }
   get path() { return this.now.path; }
 
+  /** The typed `text` holds until its parts are changed. */
   change(some) {
     this.past = [...this.past.slice(-99), this.now];
-    this.now = { ...this.now, ...some };
+    this.now = { ...this.now, ...(some.parts ? { text: "" } : {}), ...some };
     this.show();
     this.changed();
   }
@@ -38,34 +39,38 @@ export class Performance {
   add(entry, append) {
     const part = { action: entry.name, title: entry.title, seconds: SECONDS, near: [] };
     this.open = -1;
-    this.change(append ? { parts: [...this.parts, part], copied: "" } : { parts: [part], path: [], copied: "" });
+    this.change(append ? { parts: [...this.parts, part], copied: null } : { parts: [part], path: [], copied: null });
   }
 
-  /** The parts of a sentence. */
-  set(parts) {
-    const found = parts.map(part => ({ action: part.action, title: part.title, seconds: Math.min(MOST, Math.max(LEAST, part.seconds || SECONDS)), near: part.near || [] }));
+  /** The parts of a sentence; where they are not changed, the sentence itself is played, with all its wishes. */
+  set(parts, text) {
+    const found = parts.map(part => ({ action: part.action, words: part.wishes.length ? part.words : "", title: part.title, seconds: Math.min(MOST, Math.max(LEAST, part.seconds || SECONDS)), near: part.near || [] }));
     this.open = -1;
-    if (JSON.stringify(found) !== JSON.stringify(this.parts)) this.change({ parts: found, copied: "" });
+    if (this.now.copied || text !== this.now.text) this.change({ parts: found, text, copied: null });
   }
 
-  copy(title) { this.change({ copied: title }); }
+  /** A recorded motion in place of actions: `title`, and `motion` and `seconds` of a file. */
+  copy(copied) { this.change({ copied, path: [] }); }
 
   setPath(path) { this.change({ path }); }
 
-  words() { return this.now.copied || this.parts.map(part => part.title).join(", then "); }
+  words() { return this.now.copied ? this.now.copied.title : this.parts.map(part => part.title).join(", then "); }
 
   /** What the server is asked for; null while the person waits. */
   wish(now = this.now) {
     const { speed, mirror, seed, path } = now;
-    if (now.copied) return { action: now.copied, clip: true, seconds: 10, speed, mirror };
+    if (now.copied) {
+      const { title, motion, seconds } = now.copied;
+      return { action: title, seconds: seconds || 10, speed, mirror, ...(motion ? { motion } : { clip: true }) };
+    }
     if (!now.parts.length) return null;
-    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0);
-    const action = now.parts.length > 1 ? now.parts.map(part => `${part.action} for ${part.seconds} s`).join(", then ") : now.parts[0].action;
+    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0), called = part => part.words || part.action;
+    const action = now.text || (now.parts.length > 1 ? now.parts.map(part => `${called(part)} for ${part.seconds} s`).join(", then ") : called(now.parts[0]));
     return { action, seconds: Math.min(60, seconds), speed, mirror, seed, path: path.map(point => point.map(value => value.toFixed(2)).join(",")).join(" ") };
   }
 
   /** The same for one action that is only tried. */
-  alone(entry) { return this.wish({ parts: [{ action: entry.name, seconds: SECONDS }], speed: 1, mirror: false, seed: 0, path: [], copied: "" }); }
+  alone(entry) { return this.wish({ parts: [{ action: entry.name, seconds: SECONDS }], speed: 1, mirror: false, seed: 0, path: [], copied: null }); }
 
   // --- the chips
 
@@ -76,7 +81,7 @@ export class Performance {
     byId("take").textContent = seed ? `Another take (${seed + 1})` : "Another take";
     byId("undo").disabled = !this.past.length;
     byId("draw").textContent = path.length ? "Draw another path" : "Draw a path";
-    const items = copied ? [make("li", {}, copied)] : parts.map((part, index) => this.chip(part, index));
+    const items = copied ? [recorded(copied)] : parts.map((part, index) => this.chip(part, index));
     byId("chips").replaceChildren(...(items.length ? items : [make("li", { className: "none" }, "Standing. Press an action.")]));
     byId("performance").dataset.parts = parts.length;
     this.showEditor();
@@ -114,6 +119,13 @@ export class Performance {
     label.append(length);
     box.replaceChildren(label, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
       act("Remove", () => { this.open = -1; this.change({ parts: this.parts.filter((_, index) => index !== at) }); }),
-      ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, title: other.title, near: [] }))));
+      ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, words: "", title: other.title, near: [] }))));
   }
+}
+
+/** The chip of a recorded motion. */
+function recorded({ title, seconds }) {
+  const item = make("li", { className: "chip" });
+  item.append(make("strong", {}, title), make("small", {}, seconds ? `${Number(seconds.toFixed(1))} s` : "from the video"));
+  return item;
 }

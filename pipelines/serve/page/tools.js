@@ -8,6 +8,13 @@ export function make(name, values = {}, text = null) {
   return item;
 }
 
+/** Open a dialog; the browser's button "back" closes it. */
+export function openDialog(dialog) {
+  dialog.showModal();
+  history.pushState({ dialog: dialog.id }, "");
+  dialog.addEventListener("close", () => { if (history.state && history.state.dialog === dialog.id) history.back(); }, { once: true });
+}
+
 /** Show a sentence about a problem, or hide it. */
 export function say(place, text) {
   place.textContent = text;

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipelines.serve.records import Library
+from pipelines.serve.library import Library
 from tests.support.page import Server, ready
 
 

@@ -17,7 +17,7 @@ from a2v.types import Body
 from pipelines.serve.acts import SAMPLE
 from pipelines.serve.cast import MAX_PLAYING
 from pipelines.serve.figure import BODY, QUATS, body_of, performed, play
-from pipelines.serve.records import Library
+from pipelines.serve.library import Library
 from pipelines.serve.stages import packed
 from pipelines.serve.wishes import Wish
 from tests.support.page import Server, ready

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import io
+import json
 import re
 import signal
 import time
@@ -13,10 +15,13 @@ from typing import Any
 
 import psutil
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect
 
+from a2v.formats.bvh import write_bvh
 from a2v.perception import read_corrections
 from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
+from tests.support.motions import person
 from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -144,23 +149,78 @@ def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
     expect(page.locator("#chips .chip")).to_have_count(1)
     page.keyboard.press("Space")
     expect(page.locator("#play")).to_have_attribute("aria-label", "play")
-    page.locator("#action").fill("walk for 2 s, then eat a burger")
-    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    page.locator("#action").fill("walk for 2 s, then bow")
+    expect(page.locator("#doing")).to_have_text("Walk, then Bow")
     expect(page.locator("#chips small")).to_have_text(["2 s", "4 s"])
     expect(page.locator("#play")).to_have_attribute("aria-label", "pause")
     page.locator("#chips .chip").first.click()
     page.get_by_role("button", name="Later").click()
-    expect(page.locator("#doing")).to_have_text("Eating a burger, then Walk")
+    expect(page.locator("#doing")).to_have_text("Bow, then Walk")
     page.get_by_role("button", name="Mirror").click()
     expect(page.locator("#mirror")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="Undo").click()
     page.get_by_role("button", name="Undo").click()
-    expect(page.locator("#doing")).to_have_text("Walk, then Eating a burger")
+    expect(page.locator("#doing")).to_have_text("Walk, then Bow")
     page.get_by_role("button", name="Stand still").click()
     expect(page.locator("#chips .none")).to_be_visible()
     assert len(asked) >= 4
     page.locator("#action").fill("xyzzy plugh")
     expect(page.locator("#understood.bad")).to_be_visible()
+
+
+DROP = """([data, name]) => {
+  const bytes = Uint8Array.from(atob(data), letter => letter.charCodeAt(0)), moved = new DataTransfer();
+  moved.items.add(new File([bytes], name));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: moved, bubbles: true, cancelable: true }));
+}"""
+"""Script: a file is dropped on the page."""
+
+
+def test_a_motion_file_is_played_by_who_is_on_the_stage(
+    visit: Callable[..., Page], tmp_path: Path
+) -> None:
+    write_bvh(tmp_path / "my dance.bvh", person(frames=45))
+    data = base64.b64encode((tmp_path / "my dance.bvh").read_bytes()).decode()
+    page = visit()
+    on_stage(page, "sample")
+    with page.expect_response(lambda one: one.url.endswith("/play")) as answered:
+        page.evaluate(DROP, [data, "my dance.bvh"])
+    assert len(answered.value.request.post_data_json["wish"]["motion"]) == 16
+    expect(page.locator("#doing")).to_have_text("my dance")
+    expect(page.locator("#chips")).to_contain_text("my dance")
+    expect(page.locator("#who")).to_have_text("Sample person")
+    page.get_by_role("button", name="Stand still").click()
+    expect(page.locator("#chips .none")).to_be_visible()
+    page.locator("summary", has_text="Copy a motion").click()
+    page.get_by_role("button", name=re.compile("^my dance")).click()
+    expect(page.locator("#doing")).to_have_text("my dance")
+    page.locator("#motion-file").set_input_files(
+        {"name": "broken.bvh", "mimeType": "", "buffer": b"HIERARCHY"}
+    )
+    expect(page.locator("#motion-problem")).to_contain_text("Line 1")
+    expect(page.locator("#doing")).to_have_text("my dance")
+    page.get_by_role("button", name="Remove my dance").click()
+    expect(page.locator("#motions li")).to_have_count(0)
+
+
+def test_the_wishes_of_words_are_played_and_told(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    typed = "kick with the left leg three times, then sit twice"
+    with page.expect_request(lambda one: one.url.endswith("/play")) as asked:
+        page.locator("#action").fill(typed)
+    assert asked.value.post_data_json["wish"]["action"] == typed
+    expect(page.locator("#understood")).to_have_text(
+        "Understood: Kick, 3 times, left side; then Sit"
+    )
+    expect(page.locator("#unkept")).to_contain_text("Not kept: 2 times (Sit has no end")
+    page.locator("#chips .chip").last.click()
+    with page.expect_request(lambda one: one.url.endswith("/play")) as asked:
+        page.get_by_role("button", name="Remove", exact=True).click()
+    action = asked.value.post_data_json["wish"]["action"]
+    assert action == "kick with the left leg three times"  # a wish outlives changes of the row
+    page.locator("#action").fill("walk")
+    expect(page.locator("#unkept")).to_be_hidden()
 
 
 def test_an_action_is_tried_under_the_pointer(visit: Callable[..., Page]) -> None:
@@ -289,6 +349,70 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     with page.expect_download() as download:
         page.get_by_role("button", name="Save the page").click()
     assert Path(download.value.path()).read_bytes().startswith(b"<!DOCTYPE html>")
+
+
+def test_the_back_button_closes_dialogs_and_brings_the_last_person(
+    visit: Callable[..., Page],
+) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    photo = page.evaluate(
+        "async () => (await (await fetch('api/sample', { method: 'POST' })).json()).id"
+    )
+    face = page.locator("#people button").nth(1)
+    expect(face).to_be_visible()
+    face.click()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.locator("#export").click()
+    expect(page.locator("#exporting")).to_be_visible()
+    page.go_back()
+    expect(page.locator("#exporting")).to_be_hidden()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.locator("#camera").click()
+    page.locator("#shut").click()  # closed by its own button: nothing is left to go back over
+    expect(page.locator("#shutter")).to_be_hidden()
+    page.wait_for_function("() => !history.state")
+    page.go_back()
+    expect(page.locator("#who")).to_have_text("Sample person")
+    page.go_forward()
+    expect(page.locator("#who")).to_have_text("sample person")
+    page.evaluate("id => fetch(`api/photos/${id}`, { method: 'DELETE' })", photo)
+
+
+@pytest.mark.slow
+def test_a_gif_and_sprites_are_made(visit: Callable[..., Page], server: Server) -> None:
+    page = visit()
+    upload_sample(page, server)
+    page.locator("#actions button", has_text="Jump").first.click()
+    page.locator("#chips .chip").first.click()
+    page.get_by_label(re.compile("^Seconds of")).fill("0.5")
+    page.keyboard.press("Tab")
+    made = {}
+    for tab, button, chosen in (
+        ("GIF", "Make the GIF", {}),
+        ("Sprites", "Make the sprites", {"Directions": "4", "Size": "64"}),
+    ):
+        page.locator("#export").click()
+        page.get_by_role("tab", name=tab).click()
+        for label, value in chosen.items():
+            page.get_by_label(label).select_option(value)
+        with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
+            page.get_by_role("button", name=button).click()
+        card = page.locator(f"#job-{answered.value.json()['id']}")
+        expect(card.locator(".badge")).to_have_text("ready", timeout=LONG)
+        expect(card.locator(".result img")).to_be_visible()
+        with page.expect_download() as download:
+            card.get_by_role("link", name=re.compile("^Download the (GIF|sprites)")).click()
+        made[tab] = Image.open(download.value.path())
+        if tab == "Sprites":
+            card.locator("summary").click()
+            with page.expect_download() as download:
+                card.get_by_role("link", name=re.compile("places of the sprites")).click()
+            facts = json.loads(Path(download.value.path()).read_text())
+    assert (made["GIF"].format, made["GIF"].n_frames) == ("GIF", 6)
+    assert len(facts["frames"]) == 4 * 4  # directions, frames
+    assert facts["meta"]["size"] == dict(zip("wh", made["Sprites"].size, strict=True))
+    assert made["Sprites"].getextrema()[3] == (0, 255)
 
 
 @pytest.mark.slow

@@ -12,7 +12,8 @@ import yaml
 from a2v.errors import InputError
 from a2v.perception import Corrections, read_corrections
 from pipelines.serve.desk import Desk
-from pipelines.serve.records import Library, Photo, read_record
+from pipelines.serve.library import Library
+from pipelines.serve.records import Photo, read_record
 from pipelines.serve.talk import CORRECTIONS
 from pipelines.serve.wishes import Wish
 from tests.support.page import Server, arrived, ready

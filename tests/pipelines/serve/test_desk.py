@@ -20,9 +20,11 @@ from a2v.errors import InputError
 from pipelines.engine.store import Store, put, using
 from pipelines.nodes.values import Blob
 from pipelines.serve import desk as desk_module
+from pipelines.serve import library as library_module
 from pipelines.serve.desk import Desk
 from pipelines.serve.guard import Guard
-from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.library import Library
+from pipelines.serve.records import Photo, Record
 from pipelines.serve.talk import ORIGINAL
 from pipelines.serve.threads import Threads
 from pipelines.serve.wishes import Wish
@@ -170,15 +172,15 @@ def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(
 def test_a_full_disk_ends_no_round_and_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write, full = Library.write, [True]
+    write, full = library_module.write_record, [True]
 
-    def written(library: Library, item: Photo | Job, folder: Path | None = None) -> None:
+    def written(item: Record, folder: Path) -> None:
         if full[0]:
             raise InputError("cannot write it: No space left on device")
-        write(library, item, folder)
+        write(item, folder)
 
     desk = desk_of(tmp_path, "one")
-    monkeypatch.setattr(Library, "write", written)
+    monkeypatch.setattr(library_module, "write_record", written)
 
     async def while_it_is_full() -> None:
         await until(lambda: only(desk).status == "ready")

@@ -24,9 +24,9 @@ from a2v.rendering import write_video
 from pipelines.serve.arrivals import MAX_ARRIVING, MAX_ARRIVING_BYTES, Arrivals
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP
+from pipelines.serve.library import Library
 from pipelines.serve.live import Live
 from pipelines.serve.live_child import Session, kept
-from pipelines.serve.records import Library
 from tests.support.hostile import COUNT
 from tests.support.live import plain_character
 from tests.support.motions import person as walker

@@ -23,7 +23,7 @@ from a2v.errors import InputError
 from a2v.rendering import write_video
 from pipelines.clock import Clock
 from pipelines.engine.progress import Update
-from pipelines.serve.records import Library
+from pipelines.serve.library import Library
 from pipelines.serve.stages import STAGES
 from pipelines.serve.wishes import FIRST, MODELS, Wish, actions_of
 from tests.support.page import ROOT, Server, arrived, ready

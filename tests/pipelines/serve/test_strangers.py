@@ -23,7 +23,7 @@ import uvicorn
 from a2v.errors import InputError
 from pipelines.serve import edge, wire
 from pipelines.serve.archive import PART, zipped
-from pipelines.serve.records import Library
+from pipelines.serve.library import Library
 from pipelines.serve.wishes import Wish
 from tests.support.page import Server, ready
 from tests.support.uploads import chunk

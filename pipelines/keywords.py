@@ -116,7 +116,9 @@ class FileKeywords(TypedDict, total=False):
     author: Text
     license_url: Text
     vrm: Literal["1.0", "0.x"]
-    rig: Literal["anny", "mixamo", "vrm", "unreal", "unity", "rigify", "talkinghead", "godot", "smpl"]
+    rig: Literal[
+        "anny", "mixamo", "vrm", "unreal", "unity", "rigify", "talkinghead", "godot", "smpl"
+    ]
     root_motion: bool
     visemes: Literal["rig", "oculus", "vrchat"]
     pose: Literal["rest", "photo"]

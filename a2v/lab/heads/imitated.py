@@ -151,7 +151,8 @@ def with_painted_hair(lab: FloatArray, kinds: IntArray) -> IntArray:
     tone = np.median(lab[cheeks], axis=0)
     unlike = np.linalg.norm((lab - tone) * [0.6, 1.0, 1.0], axis=-1) > 13
     face = (azimuth < 48) & (row > 0.40 * height)
-    painted = unlike & ~face & (row < 0.82 * height) & (kinds == SKIN)
+    lowest = np.where(azimuth > 100, 0.92, 0.82) * height  # the nape, and the collar in front
+    painted = unlike & ~face & (row < lowest) & (kinds == SKIN)
     painted = cv2.medianBlur(painted.astype(np.uint8), 5) > 0
     return np.where(painted & (kinds == SKIN), HAIR, kinds)
 

@@ -153,8 +153,10 @@ def complete_head(painting: Painting) -> Painting:
     cover = ~(hair | canvas.head.ears[vertices]) & (shares[:, 0] > 0.5)
     colors = np.where(cover[:, None], outer, skin)
     keep = smoothstep(np.where(hair, shares[:, 2], shares[:, 1]), *_KEEP)
-    # what covers a neck is mostly a collar, which garments continue
-    asked = painting.on("head")[vertices] | ~cover
+    # what covers a neck is mostly a collar, which garments continue; and if the crown has hair,
+    # the scalp has, too: the network takes brown hair above brown skin for skin
+    scalp = np.zeros(len(painting.known), bool) if painting.spots is None else painting.spots.scalp
+    asked = np.where(cover, painting.on("head")[vertices], hair | ~scalp[vertices])
     vertices, cover, colors, keep = vertices[asked], cover[asked], colors[asked], keep[asked]
     own, covered, kept = (np.zeros(len(painting.known), kind) for kind in (bool, bool, float))
     own[vertices], covered[vertices], kept[:] = True, cover, 1.0
@@ -176,10 +178,10 @@ def complete_head(painting: Painting) -> Painting:
 
 def paint_head(painting: Painting) -> Painting:
     """Give hidden skin of head and neck the colors that the network completes."""
-    look = painting.head_look
+    look, colors = painting.head_look, painting.colors.copy()
     if look is None:
         return painting
-    hidden, colors = look.own & ~look.cover & ~painting.known, painting.colors.copy()
+    hidden = look.own & ~look.cover & ~painting.known
     colors[hidden] = look.colors[hidden]
     return dataclasses.replace(painting, colors=colors)
 

@@ -14,7 +14,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.heads.charts import HAIR, HAT, NOTHING, SKIN, HeadCharts
-from a2v.reconstruction.coloring.completing import inputs_of
+from a2v.reconstruction.coloring.completing import OFFSET, inputs_of
 from a2v.types import BoolArray, FloatArray, IntArray
 
 PHOTO = 88
@@ -44,8 +44,6 @@ _SKIN = np.array(
 """Typical colors of skin, CIELAB."""
 _ALIKE = 11.0
 """Scale of the distance at which an observed color is kept, CIELAB units."""
-_OFFSET = 0.05
-"""Unit of offsets, meters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +94,7 @@ class HeadImitator:
             away = (_lab_of(seen) - _lab_of(truth)) * [0.5, 1.0, 1.0]
             keeps.append(np.exp(-((away**2).sum(axis=-1)) / _ALIKE**2))
         cover = (head.kinds == HAIR) | (head.kinds == HAT)
-        away = np.linalg.norm(head.outer - head.under, axis=-1) / _OFFSET
+        away = np.linalg.norm(head.outer - head.under, axis=-1) / OFFSET
         target = np.concatenate(
             [
                 rgb[0],

@@ -31,7 +31,7 @@ CHANNELS = 9
 its direction (3)."""
 OUTPUTS = 10
 """Channels of its output: outermost (3) and skin (3) color, logits of cover and of keeping a color
-for both, offset."""
+for both, and the distance of the outermost from the skin, which only the training uses."""
 OFFSET = 0.05
 """Unit of offsets, meters."""
 _KEEP = (0.3, 0.7)
@@ -41,6 +41,7 @@ _NEAR = 0.03
 _UNLIKE = 0.1
 """Scale of the distance of colors beyond which they are not of the same material, sRGB."""
 _NEIGHBORS = 60
+"""Number of kept places whose difference is carried to a place."""
 _FADE = 0.1
 """Weight of the usual difference, which holds far from all kept places."""
 
@@ -57,8 +58,6 @@ class CompletedHead:
         Probability that hair, a hat or cloth lies on the skin.
     keep, keep_skin : (H, W)
         Probability that the observed color is that of the outermost, or of the skin.
-    offset : (H, W)
-        Distance of the outermost from the skin, meters.
     """
 
     outer: FloatArray
@@ -66,7 +65,6 @@ class CompletedHead:
     cover: FloatArray
     keep: FloatArray
     keep_skin: FloatArray
-    offset: FloatArray
 
 
 def inputs_of(
@@ -114,7 +112,6 @@ def completed(chart: FloatArray) -> CompletedHead:
         cover=keep[0],
         keep=keep[1],
         keep_skin=keep[2],
-        offset=found[9] * OFFSET,
     )
 
 

@@ -28,6 +28,7 @@ OUR_OWN = {
     "a2v/lab/evaluation/reconstruction/kept.py:load": "records of a measurement here",
     "a2v/lab/evaluation/reconstruction/kept.py:sheet": "pictures of a measurement here",
     "a2v/lab/evaluation/survey.py:_video": "just written",
+    "a2v/lab/heads/training.py:train_heads": "our log and our checkpoint",
     "a2v/lab/studio/dataset.py:_open_studio": "no file: the class Studio",
     "a2v/lab/studio/quick/dataset.py:_open_studio": "no file: the class QuickStudio",
     "a2v/lab/evaluation/reconstruction/cases.py:open_studio": "no file: the class Studio",
@@ -68,6 +69,7 @@ OUR_OWN = {
     "pipelines/serve/fitting.py:outline": "corrections that the page has written",
     "pipelines/serve/live.py:open_session": "no file: a session",
     "pipelines/serve/opener.py:open_photo": "an upload that the page has written",
+    "a2v/sessions.py:_cached_description": "a file of the wheel",
 }
 """What opens files by itself, and why: nobody else can put another file there."""
 TO_STDOUT = {

@@ -43,6 +43,7 @@ EXCUSED = {
     r"kick\.txt": "needs a DeepMimic file; tests/formats",
     r"--from body": "computes the person again, a minute; tests/pipelines/test_engine.py",
     r"^a2v doctor": "tests/test_doctor.py",
+    r"\.glb#": "needs a file of several motions; tests/formats/test_clips_of_files.py",
     r"--count 100|--native": "needs the data's clips; tests/test_motion_command.py",
 }
 """Why an example does not run here, by a pattern."""

@@ -121,7 +121,7 @@ def train_heads(
         for name, value in parts.items():
             mean[name] = 0.99 * mean.get(name, float(value.detach())) + 0.01 * float(value.detach())
         if (iteration + 1) % 100 == 0:
-            with open(folder / "losses.txt", "a") as log:
+            with open(folder / "losses.txt", "a", encoding="utf-8") as log:
                 values = " ".join(f"{name} {value:.4f}" for name, value in mean.items())
                 log.write(f"{iteration + 1} {values}\n")
         if (iteration + 1) % 500 == 0 or iteration + 1 == settings.iterations:

@@ -25,13 +25,13 @@ from tests.support.ellipsoid import AXES, CAMERA, RED, ellipsoid
 
 SMALL = NetworkSettings(widths=(16, 16, 16, 16), hidden=32, context=8, fine_width=16)
 QUICK = ReconstructionSettings(
-    iterations=36,
+    iterations=50,
     batch_size=2,
     points=512,
-    learning_rate=4e-3,
+    learning_rate=3e-3,
     crop=256,
     half=False,
-    log_every=4,
+    log_every=5,
     threads=1,
     checkpoint_seconds=1e9,
 )

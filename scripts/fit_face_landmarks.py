@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from a2v.body.face import actions_of
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.geometry.rays import ray_scene
 from a2v.io import write_npz
 from a2v.perception.face import FaceDetector
@@ -26,7 +26,7 @@ SIZE, EXTENT, SHAPES = 512, 0.34, 24
 def main() -> int:
     model = load_body_model("anny")
     generator = np.random.default_rng(0)
-    default = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    default = default_rest()
     front = front_faces(default, model.faces)
     found = []
     with FaceDetector() as detector:

@@ -17,11 +17,12 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
+from a2v.body.head_chart import HEIGHT, WIDTH
 from a2v.io import read_npz
 from a2v.lab.heads.charts import HeadCharts, make_charts
 from a2v.lab.heads.imitated import HeadImitator
 from a2v.lab.heads.networks import HeadCompleter
-from a2v.lab.heads.training import HeadTraining, losses, train_heads
+from a2v.lab.heads.training import HeadSettings, losses, train_heads
 from a2v.lab.studio.avatar_files import list_avatars
 from a2v.lab.studio.guide import prepare_guides, unstack_guides
 from a2v.reconstruction.coloring.completing import CHANNELS, FILE, FORMAT
@@ -61,7 +62,7 @@ def export(network: HeadCompleter, path: Path, **metadata: object) -> None:
     """Write the network to an ONNX file."""
     network.eval()
     round_to_stored(network)
-    chart = torch.zeros(2, CHANNELS, 96, 128)
+    chart = torch.zeros(2, CHANNELS, HEIGHT, WIDTH)
     proto = to_onnx(network, (chart,), ["chart"], ["completed"], [{0: torch.export.Dim("count")}])
     shrink(proto)
     save_model(proto, {"format": FORMAT, "license": "Apache-2.0", **metadata}, path)
@@ -75,14 +76,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--guides", type=Path, required=True, help="folder of guide.npz")
     parser.add_argument("--people", type=int, default=260, help="people of MakeHuman's")
-    parser.add_argument("--iterations", type=int, default=HeadTraining.iterations)
+    parser.add_argument("--iterations", type=int, default=HeadSettings.iterations)
     options = parser.parse_args()
-    torch.set_num_threads(1)
     charts = charts_of("training", options, options.people)
-    settings = HeadTraining(iterations=options.iterations)
+    settings = HeadSettings(iterations=options.iterations)
     with tqdm(total=settings.iterations) as bar:
         network = train_heads(
-            charts, options.out, settings, progress=lambda done, total: bar.update(done - bar.n)
+            charts,
+            options.out,
+            settings,
+            on_log=lambda row: bar.update(int(row["iteration"]) - bar.n),
         )
     figures = validated(network, charts_of("validation", options, 12))
     print(figures)

@@ -28,7 +28,6 @@ OUR_OWN = {
     "a2v/lab/evaluation/reconstruction/kept.py:load": "records of a measurement here",
     "a2v/lab/evaluation/reconstruction/kept.py:sheet": "pictures of a measurement here",
     "a2v/lab/evaluation/survey.py:_video": "just written",
-    "a2v/lab/heads/training.py:train_heads": "our log and our checkpoint",
     "a2v/lab/studio/dataset.py:_open_studio": "no file: the class Studio",
     "a2v/lab/studio/quick/dataset.py:_open_studio": "no file: the class QuickStudio",
     "a2v/lab/evaluation/reconstruction/cases.py:open_studio": "no file: the class Studio",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import on_parts
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.body.skin import skin_vertices
 from a2v.geometry.rays import RayScene
 from a2v.types import BoolArray, FloatArray, IntArray
@@ -78,10 +78,8 @@ def sample_chart(chart: FloatArray, places: FloatArray) -> FloatArray:
 @functools.cache
 def head_cells() -> HeadCells:
     """Make the cells from the default body at rest, once per process."""
-    import torch
-
     model = load_body_model("anny")
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest = default_rest()
     outer = np.zeros(len(rest), bool)
     outer[skin_vertices(len(rest), model.faces)] = True
     faces = np.asarray(model.faces, np.int64)
@@ -106,8 +104,3 @@ def head_cells() -> HeadCells:
     weights = np.stack([1 - u - v, u, v], axis=1)
     shape = (HEIGHT, WIDTH)
     return HeadCells(valid.reshape(shape), corner.reshape(*shape, 3), weights.reshape(*shape, 3))
-
-
-def model_vertices() -> int:
-    """Number of vertices of the body model."""
-    return len(load_body_model("anny").parts)

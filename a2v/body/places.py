@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.body.skin import skin_vertices
 from a2v.types import FloatArray, IntArray
 
@@ -37,10 +37,8 @@ class CanonicalPlaces:
 @lru_cache(maxsize=1)
 def canonical_places() -> CanonicalPlaces:
     """Return the places of the default body model. They are cached and must not be changed."""
-    import torch
-
     model = load_body_model()
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest = default_rest()
     kept = skin_vertices(len(rest), model.faces)
     least, most = rest[kept].min(axis=0), rest[kept].max(axis=0)
     places = (2 * (rest[kept] - least) / (most - least) - 1).astype(np.float32)

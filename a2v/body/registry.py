@@ -11,11 +11,14 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Literal, overload
 
+import numpy as np
+
 from a2v.body.anny import AnnyModel
 from a2v.body.anny_data import load_anny_data
 from a2v.body.skinning import BodyModel
 from a2v.body.smpl import SmplModel
 from a2v.errors import InputError
+from a2v.types import FloatArray
 
 
 @lru_cache(maxsize=1)
@@ -53,3 +56,15 @@ def load_body_model(name: str = "anny") -> BodyModel:
             "model's .npz file"
         )
     return SmplModel.load(name)
+
+
+@lru_cache(maxsize=1)
+def default_rest() -> FloatArray:
+    """Return Anny's vertices (V, 3) float64 of the default body at rest, meters. They are cached
+    and cannot be changed."""
+    import torch
+
+    model = load_body_model("anny")
+    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest.setflags(write=False)
+    return np.asarray(rest)

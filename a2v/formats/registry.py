@@ -113,10 +113,9 @@ def _read_arrays(path: Path, action: str, clip: str) -> Motion:
     if not ours:
         return read_smpl_motion(path, action=action, clip=clip)
     motion = Motion.load(path)
-    count = motion.batch[0] if motion.batch else 1
     if not clip:
         return motion
-    number = clip_number(path, clip, count)
+    number = clip_number(path, clip, motion.batch[0] if motion.batch else 1)
     return motion[number] if motion.batch else motion
 
 

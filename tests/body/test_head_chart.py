@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import torch
 
 from a2v.body import load_body_model
 from a2v.body.head_chart import (
@@ -13,22 +12,15 @@ from a2v.body.head_chart import (
     WIDTH,
     chart_places,
     head_cells,
-    model_vertices,
     sample_chart,
 )
 from a2v.body.parts import on_parts
-
-
-def _rest() -> np.ndarray:
-    model = load_body_model("anny")
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
-    assert len(rest) == model_vertices()
-    return rest
+from a2v.body.registry import default_rest
 
 
 def test_each_cell_shows_the_place_in_its_direction() -> None:
     cells = head_cells()
-    found = chart_places(cells.spread(_rest())[cells.valid])
+    found = chart_places(cells.spread(default_rest())[cells.valid])
     row, column = np.nonzero(cells.valid)
     around = np.abs(found[:, 0] - column)
     np.testing.assert_allclose(np.minimum(around, WIDTH - around)[row > 3], 0, atol=0.02)
@@ -37,7 +29,7 @@ def test_each_cell_shows_the_place_in_its_direction() -> None:
 
 def test_a_chart_of_places_gives_back_the_places_of_the_vertices() -> None:
     """Only the folds of ears, nostrils and mouth lie below the outermost."""
-    rest, cells = _rest(), head_cells()
+    rest, cells = default_rest(), head_cells()
     model = load_body_model("anny")
     own = on_parts(np.asarray(model.parts), *PARTS) & (rest[:, 1] > 0.68)
     chart = np.where(cells.valid[..., None], cells.spread(rest), rest[own].mean(axis=0))

@@ -77,9 +77,9 @@ def test_hair_goes_around_in_the_color_of_the_photo() -> None:
     own, ginger = (lab_of(finished(one).colors) for one in (plain(), tinted(plain())))
     assert np.median((ginger - own)[behind, 2]) > 15
     # and the nape stays skin
-    look = complete_head(plain()).head_look
+    look = complete_head(plain()).head_cover
     assert look is not None
-    nape = look.own & ~look.cover & ~plain().known & (plain().normals[:, 2] < -0.5)
+    nape = look.told & ~look.covered & ~plain().known & (plain().normals[:, 2] < -0.5)
     assert nape.sum() > 50
     assert abs(np.median((ginger - own)[nape, 2])) < 8
 
@@ -87,11 +87,11 @@ def test_hair_goes_around_in_the_color_of_the_photo() -> None:
 def test_only_hidden_places_of_the_head_are_painted() -> None:
     before = complete_head(plain())
     after = paint_head(before)
-    assert before.head_look is not None
+    assert before.head_cover is not None
     changed = (after.colors != before.colors).any(axis=1)
     assert changed.any()
-    assert not (changed & (before.known | ~before.head_look.own)).any()
-    assert not before.head_look.own[~(before.on("head", "neck"))].any()
+    assert not (changed & (before.known | ~before.head_cover.told)).any()
+    assert not before.head_cover.told[~(before.on("head", "neck"))].any()
 
 
 def test_what_another_photo_shows_stays_known() -> None:

@@ -13,14 +13,14 @@ from a2v.body.head_chart import head_cells
 from a2v.body.registry import load_body_model
 from a2v.body.skin import skin_vertices
 from a2v.geometry.mesh import vertex_normals
-from a2v.geometry.rays import RayScene
+from a2v.geometry.rays import RayScene, at_barycentric
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.avatars import Avatar
 from a2v.lab.studio.guide import Guide, guide_key
 from a2v.lab.studio.makehuman.dressing import Dresser
 from a2v.lab.studio.variation import Build, split_of
 from a2v.record import Record
-from a2v.types import BoolArray, FloatArray, IntArray, Progress
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Progress
 
 NOTHING, SKIN, HAIR, HAT = range(4)
 """Kinds of a cell."""
@@ -127,10 +127,9 @@ def chart_of(avatar: Avatar, guide: Guide, *, made: bool) -> tuple[np.ndarray, .
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
     vertices = avatar.skin(transforms)
     names = [name.lower() for name in avatar.mesh_names]
-    own = np.isin(avatar.mesh_ids, [k for k, name in enumerate(names) if "eye" not in name])
-    eyes = ~own
     reach = np.where(way[:, 1] < _DOWN, _UNDER, _REACH)
-    outer, colors, kind = _met(avatar, vertices, own | eyes, under, way, reach)
+    every = np.ones(len(avatar.faces), bool)
+    outer, colors, kind = _met(avatar, vertices, every, under, way, reach)
     hair = np.array(["hair" in name or "wig" in name for name in names])
     hat = np.array([name.startswith(("hat", "cloth")) for name in names])
     kinds = np.where(kind < 0, NOTHING, np.where(hair[kind], HAIR, np.where(hat[kind], HAT, SKIN)))
@@ -165,7 +164,7 @@ def _met(
     under: FloatArray,
     way: FloatArray,
     reach: FloatArray,
-) -> tuple[FloatArray, FloatArray, IntArray]:
+) -> tuple[FloatArray, ByteArray, IntArray]:
     """Places (n, 3), colors (n, 3) uint8 and meshes (n,), -1 for none, that rays toward the skin
     meet first."""
     scene = RayScene(vertices, avatar.faces[chosen])
@@ -173,11 +172,6 @@ def _met(
     hits = scene.cast(start.astype(np.float32), (-way).astype(np.float32))
     hit = hits.hit & (hits.distance < reach + _DEEP)
     face = np.where(hit, hits.face, 0)
-    u, v = np.where(hit[:, None], hits.barycentric, 0.0).T
-    weight = np.stack([1 - u - v, u, v], axis=1)[..., None]
-    place = (avatar.uv[chosen][face] * weight).sum(axis=1)
-    height, width = avatar.texture.shape[:2]
-    column = np.clip((place[:, 0] * width).astype(int), 0, width - 1)
-    row = np.clip(((1 - place[:, 1]) * height).astype(int), 0, height - 1)
+    place = at_barycentric(avatar.uv[chosen][face], np.where(hit[:, None], hits.barycentric, 0.0))
     met = np.where(hit[:, None], start - hits.distance[:, None] * way, under)
-    return met, avatar.texture[row, column], np.where(hit, avatar.mesh_ids[chosen][face], -1)
+    return met, avatar.texels(place), np.where(hit, avatar.mesh_ids[chosen][face], -1)

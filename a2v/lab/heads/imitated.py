@@ -63,15 +63,16 @@ class HeadImitator:
         """Colors of painted hair are told from skin here."""
         self.under = charts.under.astype(np.float32)
         self.outer = charts.outer.astype(np.float32)
-        self.lab = np.stack([_lab(one) for one in charts.colors])
-        self.skin = np.stack([_lab(one) for one in charts.skin])
+        self.lab, self.skin = (
+            np.stack([_lab_of(one / np.float32(255)) for one in one_chart]).astype(np.float32)
+            for one_chart in (charts.colors, charts.skin)
+        )
         self.kinds = charts.kinds.astype(np.int64)
         self.bare = charts.bare.copy()
         for number in np.flatnonzero(charts.sources == 0):
             self.kinds[number] = with_painted_hair(self.lab[number], self.kinds[number])
             self.bare[number] &= self.kinds[number] == SKIN
         self.sources = charts.sources
-        self.valid = charts.kinds.reshape(len(charts.kinds), -1, charts.kinds.shape[-1]).any(axis=0)
 
     def draw(self, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
         """Draw the input (C, H, W) and the target (`TARGETS`, H, W) of one head, float32."""
@@ -380,10 +381,6 @@ def _smooth(generator: np.random.Generator, cells: int, size: float) -> FloatArr
 
 def _softened(chosen: BoolArray) -> FloatArray:
     return np.asarray(cv2.GaussianBlur(chosen.astype(np.float64), (0, 0), 2.0))
-
-
-def _lab(rgb: np.ndarray) -> np.ndarray:
-    return np.asarray(cv2.cvtColor(rgb.astype(np.float32) / 255, cv2.COLOR_RGB2LAB))
 
 
 def _lab_of(rgb: FloatArray) -> FloatArray:

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import math
+import hashlib
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-from a2v.io import atomic_path
+from a2v.body.head_chart import HEIGHT, WIDTH
 from a2v.lab.heads.charts import HeadCharts
 from a2v.lab.heads.imitated import TARGETS, HeadImitator
 from a2v.lab.heads.networks import HeadCompleter
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.reconstruction.coloring.completing import CHANNELS
-from a2v.types import Progress
+
+_FIRST = 300
+"""Number of examples that are drawn before the first iteration."""
 
 
 @dataclass(frozen=True)
-class HeadTraining:
+class HeadSettings(RunSettings):
     """Settings of the training.
 
     Attributes
@@ -33,7 +38,6 @@ class HeadTraining:
     kept : int
     learning_rate : float
         At the beginning; it falls to zero along a cosine.
-    seed : int
     """
 
     iterations: int = 4000
@@ -41,7 +45,7 @@ class HeadTraining:
     fresh: int = 4
     kept: int = 3000
     learning_rate: float = 2e-3
-    seed: int = 0
+    threads: int = 1
 
 
 def losses(found: Tensor, target: Tensor, chart: Tensor) -> dict[str, Tensor]:
@@ -64,76 +68,85 @@ def losses(found: Tensor, target: Tensor, chart: Tensor) -> dict[str, Tensor]:
     }
 
 
+class HeadTraining(Training):
+    """The training in progress; examples are drawn while it runs."""
+
+    STORED = ("network",)
+
+    def __init__(self, charts: HeadCharts, settings: HeadSettings) -> None:
+        super().__init__()
+        self.settings, self.device = settings, settings.claim()
+        torch.manual_seed(settings.seed)
+        self.network = HeadCompleter().train().to(self.device)
+        self.optimizer = torch.optim.AdamW(
+            self.network.parameters(), settings.learning_rate, weight_decay=1e-4
+        )
+        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.0)
+        self._imitator = HeadImitator(charts)
+        self._inputs, self._targets = (
+            torch.zeros((settings.kept, channels, HEIGHT, WIDTH), dtype=torch.float16)
+            for channels in (CHANNELS, TARGETS)
+        )
+
+    def begin(self) -> None:
+        """Draw the first examples."""
+        self._begin_at(0)
+
+    def _begin_at(self, iteration: int) -> None:
+        self._generator, self._drawn = np.random.default_rng([self.settings.seed, iteration]), 0
+        for _ in range(min(_FIRST, self.settings.kept)):
+            self._draw()
+
+    def _draw(self) -> int:
+        """Draw an example in place of the oldest one; returns its place."""
+        place = self._drawn % self.settings.kept
+        chart, target = map(torch.from_numpy, self._imitator.draw(self._generator))
+        self._inputs[place], self._targets[place] = chart, target
+        self._drawn += 1
+        return place
+
+    def step(self) -> dict[str, float]:
+        """Run one iteration; returns the weighted losses."""
+        settings = self.settings
+        new = [self._draw() for _ in range(settings.fresh)]
+        old = self._generator.integers(
+            min(self._drawn, settings.kept), size=settings.batch - settings.fresh
+        )
+        index = torch.tensor([*new, *old])
+        chart, target = (
+            drawn[index].float().to(self.device) for drawn in (self._inputs, self._targets)
+        )
+        found = losses(self.network(chart), target, chart)
+        self.descend(torch.stack(list(found.values())).sum(), largest_gradient=1.0)
+        return {name: float(value.detach()) for name, value in found.items()}
+
+    def content(self) -> dict[str, Any]:
+        """The weights."""
+        return {"network": self.network.state_dict()}
+
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """Take up the weights; examples are drawn anew."""
+        self.network.load_state_dict(content["network"])
+        self._begin_at(content["iteration"])
+
+
 def train_heads(
     charts: HeadCharts,
     folder: str | os.PathLike[str],
-    settings: HeadTraining,
+    settings: HeadSettings,
     *,
-    progress: Progress | None = None,
+    on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> HeadCompleter:
-    """Train; a stopped training goes on from ``checkpoint.pt`` in `folder`."""
-    torch.manual_seed(settings.seed)
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    network = HeadCompleter()
-    optimizer = torch.optim.AdamW(network.parameters(), settings.learning_rate, weight_decay=1e-4)
-    schedule = torch.optim.lr_scheduler.LambdaLR(
-        optimizer, lambda step: 0.5 * (1 + math.cos(math.pi * min(step / settings.iterations, 1)))
-    )
-    first, path = 0, folder / "checkpoint.pt"
-    if path.exists():
-        state = torch.load(path, weights_only=True)
-        network.load_state_dict(state["network"])
-        optimizer.load_state_dict(state["optimizer"])
-        first = int(state["iteration"])
-        for _ in range(first):
-            schedule.step()
-    generator = np.random.default_rng([settings.seed, first])
-    imitator = HeadImitator(charts)
-    inputs = torch.zeros((settings.kept, CHANNELS, 96, 128), dtype=torch.float16)
-    targets = torch.zeros((settings.kept, TARGETS, 96, 128), dtype=torch.float16)
-    count = 0
+    """Train; a stopped training goes on from ``checkpoint.pt`` in `folder`.
 
-    def add() -> int:
-        nonlocal count
-        place = count % settings.kept
-        made, target = imitator.draw(generator)
-        inputs[place], targets[place] = torch.from_numpy(made), torch.from_numpy(target)
-        count += 1
-        return place
-
-    while count < min(300, settings.kept):
-        add()
-    network.train()
-    mean: dict[str, float] = {}
-    for iteration in range(first, settings.iterations):
-        new = [add() for _ in range(settings.fresh)]
-        old = generator.integers(min(count, settings.kept), size=settings.batch - settings.fresh)
-        index = torch.tensor([*new, *old])
-        chart, target = inputs[index].float(), targets[index].float()
-        parts = losses(network(chart), target, chart)
-        loss = torch.stack(list(parts.values())).sum()
-        optimizer.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-        optimizer.step()
-        schedule.step()
-        for name, value in parts.items():
-            mean[name] = 0.99 * mean.get(name, float(value.detach())) + 0.01 * float(value.detach())
-        if (iteration + 1) % 100 == 0:
-            with open(folder / "losses.txt", "a", encoding="utf-8") as log:
-                values = " ".join(f"{name} {value:.4f}" for name, value in mean.items())
-                log.write(f"{iteration + 1} {values}\n")
-        if (iteration + 1) % 500 == 0 or iteration + 1 == settings.iterations:
-            with atomic_path(path) as temporary:
-                torch.save(
-                    {
-                        "network": network.state_dict(),
-                        "optimizer": optimizer.state_dict(),
-                        "iteration": iteration + 1,
-                    },
-                    temporary,
-                )
-        if progress is not None:
-            progress(iteration + 1, settings.iterations)
-    return network.eval()
+    Raises
+    ------
+    InputError
+        See `carry_on`.
+    """
+    training = HeadTraining(charts, settings)
+    digest = hashlib.sha256(charts.colors.tobytes()).hexdigest()
+    made_with = identity(settings, digest=digest)
+    run = Run(Path(folder) / "checkpoint.pt", made_with, settings.checkpoint_seconds)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=on_log)
+    return training.network.cpu().eval()

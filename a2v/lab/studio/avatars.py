@@ -189,14 +189,18 @@ class Avatar(Record):
             provenance={**self.provenance, "avatar": self.name},
         )
 
+    def texels(self, uv: FloatArray) -> ByteArray:
+        """Return the nearest texels (..., 3) uint8 at texture coordinates (..., 2)."""
+        height, width = self.texture.shape[:2]
+        columns = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)
+        rows = np.clip(((1 - uv[..., 1]) * height).astype(int), 0, height - 1)
+        return np.asarray(self.texture[rows, columns])
+
     def vertex_colors(self) -> FloatArray:
         """Return the texture's color at each vertex (nearest texel of one of its corners), sRGB in
         [0, 1]."""
-        height, width = self.texture.shape[:2]
-        columns = np.clip((self.uv[..., 0] * width).astype(int), 0, width - 1)
-        rows = np.clip(((1 - self.uv[..., 1]) * height).astype(int), 0, height - 1)
         colors = np.full((len(self.weights), 3), 0.5, np.float32)
-        colors[self.faces] = self.texture[rows, columns] / np.float32(255)
+        colors[self.faces] = self.texels(self.uv) / np.float32(255)
         return colors
 
 

@@ -12,7 +12,7 @@ from a2v.body.face import teeth
 from a2v.body.head_chart import PARTS as HEAD
 from a2v.body.head_chart import chart_places, head_cells, sample_chart
 from a2v.body.parts import PARTS, on_parts
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest
 from a2v.body.spots import rest_vertices, spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.canonical.build import posed_vertices
@@ -54,7 +54,6 @@ def canvas_of(
     camera: Camera,
     reading: Reading,
     settings: ColorSettings,
-    body: Body,
 ) -> Canvas:
     """The canvas of a canonical person's surface in the pose of the photo and the flat frame of
     `camera`."""
@@ -79,11 +78,10 @@ def canvas_of(
         bare=reading.bare_forearms,
         loose=layers.loose,
         strands=np.where(strands, strand_numbers(len(parts)), -1) if hairy else None,
-        head=_head(surface, body, hairy=hairy),
     )
 
 
-def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
+def _head(surface: Surface, body: Body) -> CanvasHead:
     """The head of a person whose body under the clothes is `body`."""
     from scipy.spatial import cKDTree
 
@@ -92,11 +90,13 @@ def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
     own = len(mesh.twin)
     outermost, covered, free = np.zeros((3, len(parts)), bool)
     outermost[:own] = mesh.skin & on_parts(parts[:own], *HEAD) & _head_places()[1]
-    if hairy:
+    strands = parts[own:] == PARTS.index("head")
+    if strands.any():
         rest = surface.standing.vertices.astype(np.float64)
         low = under_hair(rest[:own], parts[:own], ray_normals(rest[:own], mesh.faces))
-        strands = rest[own:][parts[own:] == PARTS.index("head")]
-        away = cKDTree(strands).query(rest[:own], distance_upper_bound=_UNDER, workers=1)[0]
+        away = cKDTree(rest[own:][strands]).query(
+            rest[:own], distance_upper_bound=_UNDER, workers=1
+        )[0]
         covered[:own] = low & np.isfinite(away)
     places = np.zeros((len(parts), 2))
     places[:own] = _head_places()[0]
@@ -108,10 +108,7 @@ def _head(surface: Surface, body: Body, *, hairy: bool) -> CanvasHead:
 @functools.cache
 def _head_places() -> tuple[FloatArray, BoolArray]:
     """Places (V, 2) in the head chart of the vertices of `topology`, and which the chart shows."""
-    import torch
-
-    model, cells = load_body_model("anny"), head_cells()
-    default = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    default, cells = default_rest(), head_cells()
     rest = topology().refined(np.concatenate([default, teeth().vertices]))
     places = chart_places(rest)
     shown = sample_chart(cells.spread(default), places)
@@ -129,14 +126,7 @@ def canonical_painting(
         _in_pose_of(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)
     ]
     canvases = [
-        canvas_of(
-            own,
-            sight.subject,
-            sight.camera,
-            sight.reading,
-            settings,
-            sight.body,
-        )
+        canvas_of(own, sight.subject, sight.camera, sight.reading, settings)
         for own, sight in zip(seen, sights, strict=True)
     ]
     others = tuple(
@@ -154,7 +144,7 @@ def canonical_painting(
     evidence = ColorEvidence(
         prior=person.expected_colors,
         spots=spots_of(person.surface.standing.anchors, main.body),
-        canvas=canvases[face],
+        canvas=dataclasses.replace(canvases[face], head=_head(seen[face], main.body)),
         others=others,
     )
     return Painting.of(seen[face], main.subject, main.camera.flat, evidence, settings)

@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.body.face import SKIN, teeth
 from a2v.body.parts import PARTS
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.geometry.mesh import factored, laplacian, uniform_weights, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.reconstruction.palettes import palette_distance
@@ -36,10 +36,8 @@ _UNLIKE = 13.0
 def ears() -> BoolArray:
     """Return which of Anny's vertices and teeth (13854,) belong to the ears and the skin around
     their roots."""
-    import torch
-
     model = load_body_model("anny")
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest = default_rest()
     place = np.abs(rest * [1, 0, 0]) + rest * [0, 1, 1]
     own = (model.parts == PARTS.index("head")) & ((place > _EAR[0]) & (place < _EAR[1])).all(axis=1)
     own[SKIN.stop :] = False

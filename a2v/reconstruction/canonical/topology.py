@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from a2v.body.face import EYES, SKIN, teeth, texture_corners
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.geometry.mesh import vertex_normals
 from a2v.types import FloatArray, IntArray
 
@@ -79,10 +79,8 @@ class Topology:
 @functools.cache
 def topology() -> Topology:
     """Make the mesh from the default body at rest, once per process."""
-    import torch
-
     model = load_body_model("anny")
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest = default_rest()
     rows = teeth()
     points = np.concatenate([rest, rows.vertices])
     faces = np.concatenate([model.faces.astype(np.int64), rows.faces + EYES.stop])

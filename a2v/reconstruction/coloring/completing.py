@@ -15,12 +15,11 @@ from a2v.body.head_chart import (
     HEIGHT,
     WIDTH,
     head_cells,
-    model_vertices,
     sample_chart,
 )
 from a2v.geometry.images import sample_image
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.coloring.painting import HeadLook, Painting
+from a2v.reconstruction.coloring.painting import HeadCover, Painting
 from a2v.sessions import WEIGHTS, open_session, read_metadata
 from a2v.types import BoolArray, FloatArray
 
@@ -120,7 +119,7 @@ def observed_chart(painting: Painting) -> FloatArray:
     canvas, photo, cells = painting.canvas, painting.photo, head_cells()
     assert canvas is not None
     assert canvas.head is not None
-    own = slice(0, model_vertices())
+    own = slice(0, len(canvas.head.bare))
     points = cells.spread(painting.vertices[own]).reshape(-1, 3)
     normals = cells.spread(painting.normals[own]).reshape(-1, 3)
     strongest = np.take_along_axis(
@@ -155,31 +154,31 @@ def complete_head(painting: Painting) -> Painting:
     scalp = np.zeros(len(painting.known), bool) if painting.spots is None else painting.spots.scalp
     asked = np.where(cover, painting.on("head")[vertices], hair | ~scalp[vertices])
     vertices, cover, colors, keep = vertices[asked], cover[asked], colors[asked], keep[asked]
-    own, covered, kept = (np.zeros(len(painting.known), kind) for kind in (bool, bool, float))
-    own[vertices], covered[vertices], kept[:] = True, cover, 1.0
+    told, covered = np.zeros((2, len(painting.known)), bool)
+    told[vertices], covered[vertices] = True, cover
+    kept = np.ones(len(told))
     kept[vertices] = keep
     # what another photo shows is known
     known = painting.known & ((kept > 0.5) | ~painting.main)
     expected = painting.expected.copy()
     expected[vertices] = _matched(painting, vertices, known, covered, colors)
-    head = HeadLook(own=own, cover=covered, colors=expected)
     return dataclasses.replace(
         painting,
         known=known,
         main=painting.main & known,
         kept=kept,
         expected=expected,
-        head_look=head,
+        head_cover=HeadCover(told=told, covered=covered),
     )
 
 
 def paint_head(painting: Painting) -> Painting:
     """Give hidden skin of head and neck the colors that the network completes."""
-    look, colors = painting.head_look, painting.colors.copy()
-    if look is None:
+    cover, colors = painting.head_cover, painting.colors.copy()
+    if cover is None:
         return painting
-    hidden = look.own & ~look.cover & ~painting.known
-    colors[hidden] = look.colors[hidden]
+    hidden = cover.told & ~cover.covered & ~painting.known
+    colors[hidden] = painting.expected[hidden]
     return dataclasses.replace(painting, colors=colors)
 
 

@@ -45,9 +45,10 @@ def gather_evidence(painting: Painting) -> Painting:
     if skin is None or not is_skin(lab_of(skin)):  # the back of a head, or hair over the cheeks
         hands = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
         skin = skin if hands is None else hands
-    scalp, bare, look = spots.scalp, spots.bare, painting.head_look
-    if look is not None:
-        scalp, bare = scalp & ~look.own | look.cover, bare & ~look.own | (look.own & ~look.cover)
+    scalp, bare = spots.scalp, spots.bare
+    if (cover := painting.head_cover) is not None:
+        scalp = np.where(cover.told, cover.covered, scalp)
+        bare = np.where(cover.told, ~cover.covered, bare)
     evidence = BackEvidence(
         vertices=painting.vertices,
         colors=colors,

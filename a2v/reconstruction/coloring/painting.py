@@ -50,22 +50,19 @@ class ColorEvidence:
 
 
 @dataclass(frozen=True, eq=False)
-class HeadLook:
-    """Head and neck as a network completes them.
+class HeadCover:
+    """What a network says lies on head and neck.
 
     Attributes
     ----------
-    own : (V,) bool
-        Their vertices.
-    cover : (V,) bool
-        Hair, a hat or cloth instead of skin.
-    colors : (V, 3)
-        sRGB.
+    told : (V,) bool
+        Vertices of which it says so.
+    covered : (V,) bool
+        Those with hair, a hat or cloth instead of skin.
     """
 
-    own: BoolArray
-    cover: BoolArray
-    colors: FloatArray
+    told: BoolArray
+    covered: BoolArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -106,7 +103,7 @@ class Painting:
         Colors of the face that the photo does not show.
     kept : (V,), optional
         Share of the trust in the photo that is left: the photo may show hair in front of a cheek.
-    head_look : HeadLook, optional
+    head_cover : HeadCover, optional
     evidence : BackEvidence, optional
         What labels and continuation use; None: nothing is continued.
     materials : Materials, optional
@@ -136,7 +133,7 @@ class Painting:
     expected: FloatArray
     paint: FacePaint | None = None
     kept: FloatArray | None = None
-    head_look: HeadLook | None = None
+    head_cover: HeadCover | None = None
     evidence: BackEvidence | None = None
     materials: Materials | None = None
     continued: Continuation | None = None

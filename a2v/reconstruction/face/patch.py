@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.face import EYES, SKIN, TONGUE, points_on_face, teeth
-from a2v.body.registry import load_body_model
+from a2v.body.registry import default_rest, load_body_model
 from a2v.geometry.mesh import border_loops
 from a2v.geometry.rays import ray_scene
 from a2v.geometry.sewing import single_rim
@@ -51,10 +51,8 @@ class Patch:
 @functools.cache
 def face_patch() -> Patch:
     """The patch, found once on Anny at rest."""
-    import torch
-
     model = load_body_model("anny")
-    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    rest = default_rest()
     faces = model.faces.astype(np.int64)
     visible = _front_faces(rest, faces)
     skin_faces = faces.max(axis=1) < SKIN.stop

@@ -13,7 +13,7 @@ from a2v.body.head_chart import HEIGHT, WIDTH, head_cells
 from a2v.lab.heads.charts import HAIR, NOTHING, SKIN, HeadCharts, chart_of
 from a2v.lab.heads.imitated import TARGETS, HeadImitator
 from a2v.lab.heads.networks import HeadCompleter
-from a2v.lab.heads.training import HeadTraining, train_heads
+from a2v.lab.heads.training import HeadSettings, train_heads
 from a2v.lab.studio.makehuman.dressing import dress
 from a2v.lab.studio.makehuman.people import Wardrobes, draw_person
 from a2v.reconstruction.coloring.completing import CHANNELS, OUTPUTS
@@ -67,7 +67,7 @@ def test_an_imitated_photo_shows_one_side_in_the_colors_of_the_head(charts: Head
 
 def test_a_stopped_training_goes_on_and_learns(charts: HeadCharts, tmp_path: Path) -> None:
     torch.set_num_threads(1)
-    settings = HeadTraining(iterations=6, batch=4, fresh=2, kept=16, learning_rate=3e-3)
+    settings = HeadSettings(iterations=6, batch=4, fresh=2, kept=16, learning_rate=3e-3)
     network = train_heads(charts, tmp_path, settings)
     state = torch.load(tmp_path / "checkpoint.pt", weights_only=True)
     assert state["iteration"] == 6

@@ -186,9 +186,7 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
     subject = dataclasses.replace(subject, image=image)
     sight = Sight(subject, body, CAMERA, dressed)
     surface = canonical_person(sight).surface
-    canvas = canvas_of(
-        surface, subject, CAMERA, sight.reading, ColorSettings(texture=256), sight.body
-    )
+    canvas = canvas_of(surface, subject, CAMERA, sight.reading, ColorSettings(texture=256))
     agreement = canvas.agreement.copy()
     for name in ("head", "neck"):
         agreement[PARTS.index(name), :, agreement.shape[2] // 2 :] = 0

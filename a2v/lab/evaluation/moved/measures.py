@@ -4,6 +4,7 @@ other parts, pictures from four sides."""
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -279,15 +280,16 @@ class TrueLook:
         Around which pictures are framed, meters.
     points, colors : (N, 3)
         Places on its surface, meters, and their colors, CIELAB.
-    pictures, heads : sequence of colors (size, size, 3) and mask (size, size) bool
-        From each of `SIDES`, and of the head from each of `HEAD_TURNS`.
+    pictures : sequence of colors (size, size, 3) and mask (size, size) bool
+        From each of `SIDES`.
     """
 
     vertices: FloatArray
     points: FloatArray
     colors: FloatArray
     pictures: Sequence[Picture]
-    heads: Sequence[Picture]
+    _surface: Surface
+    _size: int
 
     @classmethod
     def of(cls, case: MovedCase, pose: int, settings: MovedSettings) -> TrueLook:
@@ -295,8 +297,13 @@ class TrueLook:
         vertices = case.vertices[pose]
         true = dataclasses.replace(case.surface, vertices=vertices)
         points, colors = colored_points(true, case.outer, settings.points, settings.seed + 1)
-        pictures, heads = (look(true, settings.size) for look in (pictures_of, heads_of))
-        return cls(vertices, points, colors, pictures, heads)
+        pictures = pictures_of(true, settings.size)
+        return cls(vertices, points, colors, pictures, true, settings.size)
+
+    @functools.cached_property
+    def heads(self) -> Sequence[Picture]:
+        """Pictures of its head from each of `HEAD_TURNS`; of use in T-pose."""
+        return heads_of(self._surface, self._size)
 
 
 def color_scores(

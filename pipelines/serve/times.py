@@ -26,6 +26,8 @@ class Times:
 
     def learn(self, seconds: Mapping[str, float]) -> None:
         """Mix new times into the file; on a full disk the earlier ones stay."""
+        if not seconds:
+            return
         known = self.read()
         mixed = known | {
             name: (value + known.get(name, value)) / 2 for name, value in seconds.items()

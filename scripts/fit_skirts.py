@@ -41,7 +41,7 @@ from a2v.tracing import to_onnx
 from export.storage import round_to_stored, save_model, shrink
 
 SETTINGS = QuickSettings(
-    seed=28, facing=0.85, yaw=28.0, cut=0.04, things=0.15, furniture=0.06, others=0.0,
+    seed=29, facing=0.85, yaw=28.0, cut=0.04, things=0.15, furniture=0.06, others=0.0,
     distance=(2.0, 10.0), height=(0.7, 1.9),
 )  # fmt: skip
 DRESSED = "White_F_3_Casual"
@@ -133,7 +133,7 @@ def draw_legs(studio: QuickStudio, generator: np.random.Generator) -> Pose:
             out, ahead = np.radians(generator.uniform(-6, 3)), np.radians(generator.normal(0, 5))
             bend = abs(generator.normal(0, 0.05))
         elif legs < 0.7:
-            out, ahead = np.radians(generator.uniform(-2, 16)), np.radians(generator.normal(0, 8))
+            out, ahead = np.radians(generator.uniform(-2, 28)), np.radians(generator.normal(0, 8))
             bend = abs(generator.normal(0, 0.15))
         else:
             out, ahead = np.radians(generator.normal(1, 4)), np.radians(generator.uniform(-28, 32))
@@ -152,6 +152,8 @@ def bared(
     generator: np.random.Generator,
 ) -> np.ndarray:
     """Paint skin, or stockings, on the texels of `legs` (n,)."""
+    if not legs.any():
+        return texture
     lab = skin + np.zeros((legs.sum(), 3))
     if generator.random() < 0.2:
         lab = (
@@ -199,6 +201,8 @@ def dressed(
     kind = generator.random()
     skirt, coat, shorts = kind >= 0.55, kind >= 0.85, 0.42 <= kind < 0.55
     along = generator.uniform(0.3, 1.7 if coat else 1.95)
+    if skirt and not coat and generator.random() < 0.3:
+        along = generator.uniform(0.12, 0.6)
     if shorts:
         along = generator.uniform(0.2, 1.9)
     heights = leg_heights(base)

@@ -46,6 +46,7 @@ COLORING: Mapping[str, str] = {
     "even": "the tone of hidden skin and hair",
     "comb": "streaks of hidden long hair",
     "mirror_texels": "the hidden half of a head in the texture",
+    "repeat_cloth": "the visible side of a skirt all around it in the texture",
     "smooth_borders": "borders of materials in the texture",
 }
 """Rules of `a2v.reconstruction.coloring` that can be left out, and what they are for."""
@@ -53,7 +54,7 @@ COLORING: Mapping[str, str] = {
 
 CANVAS = ("follow_map", "part_flanks", "sort_by_palette", "clear_hem")
 """Those that tell which pixels belong to which part (`a2v.reconstruction.coloring.canvas`)."""
-BAKING = ("mirror_texels", "smooth_borders")
+BAKING = ("mirror_texels", "repeat_cloth", "smooth_borders")
 """Those that change the texture alone."""
 
 

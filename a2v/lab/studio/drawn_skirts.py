@@ -26,6 +26,8 @@ _ROW = 0.025
 """Distance of rows, meters."""
 _THICK = 0.004
 """Thickness of the cloth, meters."""
+_FLARES = ((0.4, (0.0, 0.08)), (0.75, (0.08, 0.45)), (1.0, (0.45, 1.1)))
+"""Cumulative shares of skirts, and the range of their flare: meters of radius per meter down."""
 _LEGS = ("left_thigh", "right_thigh", "left_shin", "right_shin")
 
 
@@ -76,13 +78,15 @@ def draw_skirt(
     angle = 2 * np.pi * np.arange(COLUMNS) / COLUMNS
     down = np.maximum(hip - heights, 0)
     kind = generator.random()
-    flare = generator.uniform(0, 0.08) if kind < 0.5 else generator.uniform(0.08, 0.45)
+    flare = generator.uniform(*next(range_ for share, range_ in _FLARES if kind < share))
     if coat:
         flare = generator.uniform(0.02, 0.2)
     out = 0.008 + generator.uniform(0, 0.012) + flare * down
     folds = int(generator.integers(3, 16))
     depth = generator.uniform(0, 0.16) * down * (generator.random() < 0.6)
-    sway = generator.normal(0, 0.03) * down
+    blown = generator.random() < 0.2  # by the wind, by a step, or held by a hand
+    sway = generator.normal(0, 0.15 if blown else 0.03) * down
+    lifted = generator.uniform(0, 0.7) * blown * down[:, None]
     twist = generator.uniform(0, 6) + generator.normal(0, 0.8) * heights[:, None] * 4
     wave = np.sin(folds * angle + twist) + 0.5 * np.sin(
         (folds // 2 + 1) * angle + generator.uniform(0, 6)
@@ -90,6 +94,7 @@ def draw_skirt(
     if kind < 0.2 and not coat and radii[0].mean() > radii[-1].mean():
         radii = (radii[0] + radii) / 2
     radii = radii + out[:, None] + 0.3 * depth[:, None] * wave
+    radii = radii + lifted * np.maximum(np.cos(angle - generator.uniform(0, 2 * np.pi)), 0) ** 2
     level = np.linspace(0, 1, len(heights))[:, None]
     tilt = generator.normal(0, 0.015) * np.cos(angle + generator.uniform(0, 6)) * level
     outer = np.stack(
@@ -214,11 +219,11 @@ def draw_cloth(
     if generator.random() < 0.35:
         pattern = draw_pattern(row * 512 // side, column * 1024 // width, generator)
         lab += pattern.reshape(side, width, 3).astype(np.float32)
-    if generator.random() < 0.35:
-        pleats = int(generator.integers(6, 40))
-        lab[..., 0] += generator.uniform(2, 12) * np.sin(
-            2 * np.pi * pleats * np.arange(width) / width + generator.uniform(0, 6)
-        )
+    if generator.random() < 0.5:
+        pleats = int(generator.integers(6, 60))
+        turn = pleats * np.arange(width) / width + generator.uniform(0, 1)
+        rounded, sharp = np.sin(2 * np.pi * turn), 1 - 2 * (turn % 1)
+        lab[..., 0] += generator.uniform(2, 20) * (rounded if generator.random() < 0.5 else sharp)
     if generator.random() < 0.3:
         begin = int(side * (1 - generator.uniform(0.02, 0.2)))
         band = (

@@ -49,6 +49,10 @@ _BAND = (0.4, 0.8)
 is a band around the body."""
 _LEVEL = 24
 """Number of visible vertices at the same level of which the share of a panel is found."""
+_SLEEVE = 30
+"""Smallest number of visible vertices of a sleeve."""
+_JACKET = (0.2, 0.9)
+"""Range of the share of an open jacket in the visible trunk."""
 _TELLING = 60
 """Number of visible vertices that tell the color of a hidden one."""
 
@@ -164,7 +168,28 @@ def _costs(garment: _Garment, away: FloatArray, panel: IntArray) -> FloatArray:
         # a band around the body goes on at its height, a panel on one side ends
         one_side = np.clip((_BAND[1] - level[:, one]) / (_BAND[1] - _BAND[0]), 0, 1)
         cost[:, one] += one_side * np.clip(_REACH[0] * (far - _FREE), 0, _REACH[1])
+    outer = _of_sleeves(garment, panel)
+    if outer is not None:
+        torso = on_parts(garment.parts, "torso")
+        back = torso & (garment.places[:, 2] < garment.places[torso, 2].mean())
+        cost[back] += _REACH[1]
+        cost[back, outer] -= _REACH[1]
     return cost
+
+
+def _of_sleeves(garment: _Garment, panel: IntArray) -> int | None:
+    """The panel of an open jacket: that of both sleeves and of a part of the trunk's front. None
+    without one."""
+    sleeves = [
+        panel[garment.known & on_parts(garment.parts, f"{side}_upper_arm")]
+        for side in ("left", "right")
+    ]
+    if min(map(len, sleeves)) < _SLEEVE:
+        return None
+    first, second = (int(np.bincount(sleeve).argmax()) for sleeve in sleeves)
+    trunk = panel[garment.known & on_parts(garment.parts, "torso")]
+    share = (trunk == first).mean() if len(trunk) else 0.0
+    return first if first == second and _JACKET[0] < share < _JACKET[1] else None
 
 
 def _continued(garment: _Garment, cost: FloatArray, panel: IntArray) -> IntArray:

@@ -147,7 +147,7 @@ def _skirt(sight: Sight, body: Body, rest: FloatArray) -> tuple[Skirt | None, fl
     hem = sight.reading.hem
     if not sight.reading.hangs:
         return None, 0.0
-    skirt = make_skirt(sight.person.surface, body, rest, None if hem is None else float(hem[0]))
+    skirt = make_skirt(sight, body, rest)
     if skirt is None:
         return None, 0.0
     return skirt, skirt.hem if hem is None else float(hem[1]) - BELOW

@@ -24,7 +24,7 @@ from a2v.reconstruction.canonical.neutral import with_neutral_face
 from a2v.reconstruction.canonical.observe import ray_normals
 from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import SHARE as SKIRT_SHARE
-from a2v.reconstruction.canonical.skirt import skirt_layout, skirt_twins
+from a2v.reconstruction.canonical.skirt import shown_around, skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting, finished
 from a2v.reconstruction.coloring.atlas import Atlas, padded_layout
@@ -67,6 +67,9 @@ def canvas_of(
     twins = [topology().twin, own + skirt_twins(hanging)]
     if hairy:
         twins.append(own + hanging + hair_twins())
+    around = np.arange(len(parts))
+    if hanging:
+        around[layers.loose] = own + shown_around(surface.vertices[layers.loose].astype(float))
     return Canvas(
         rest=surface.standing.vertices.astype(np.float64),
         parts=parts,
@@ -77,6 +80,7 @@ def canvas_of(
         gloved=reading.gloves is not None,
         bare=reading.bare_forearms,
         loose=layers.loose,
+        around=around,
         strands=np.where(strands, strand_numbers(len(parts)), -1) if hairy else None,
     )
 

@@ -15,7 +15,9 @@ from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.binding import posed_by
+from a2v.reconstruction.canonical.hanging import hanging
 from a2v.reconstruction.canonical.layers import Layer, closed_faces
+from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Surface
 
@@ -23,7 +25,7 @@ COLUMNS = 192
 """Number of vertices around the skirt."""
 _ROW = 0.016
 """Distance of rows, meters."""
-_ABOVE = 0.06
+_ABOVE = 0.14
 """Height above the hip joints at which the layer begins, within the trunk, meters."""
 _TUCKED = 0.05
 """Length over which the layer comes out of the trunk, meters."""
@@ -78,16 +80,16 @@ class Skirt(Layer):
     hem: float
 
 
-def make_skirt(
-    surface: Surface, body: Body, rest: FloatArray, hem: float | None = None
-) -> Skirt | None:
+def make_skirt(sight: Sight, body: Body, rest: FloatArray) -> Skirt | None:
     """Make the skirt of a reconstructed surface (closed, in the pose of the photo) on a body whose
     vertices at rest are `rest` (V, 3). None if it would be too short.
 
-    It ends at the height `hem`, meters at rest; if None, where the surface steps back to the legs.
+    It ends at the hem that the photo shows, else where the surface steps back to the legs.
     """
     from scipy.spatial import cKDTree
 
+    surface = sight.person.surface
+    hem = None if sight.reading.hem is None else float(sight.reading.hem[0])
     skin = np.asarray(rest[: SKIN.stop], np.float64)
     low = on_parts(
         body.parts[: SKIN.stop], "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"
@@ -131,7 +133,8 @@ def make_skirt(
     offset = solve_offsets(
         tube, found, known.astype(np.float64), fixed=np.zeros(count, bool), smoothing=_SMOOTH
     )
-    offset = np.maximum(offset, 0.004)
+    offset = hanging(sight, offset.reshape(rows, COLUMNS), posed[:count], base)
+    offset = np.maximum(offset.ravel(), 0.004)
     out = smoothstep(heights[0] - base[:, 1], 0.0, _TUCKED)
     offset = out * offset - (1 - out) * _UNDER
     normals = vertex_normals(base, faces).astype(np.float64)
@@ -189,6 +192,24 @@ def skirt_twins(count: int) -> IntArray:
     return np.asarray(
         np.arange(count).reshape(-1, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
     )
+
+
+def shown_around(posed: FloatArray) -> IntArray:
+    """Index (n,) of the vertex of the visible side whose texture a vertex can take, at the same
+    height: the quarter that faces the camera (+z), mirrored again and again around the skirt.
+
+    `posed` (n, 3) are the vertices in the photo.
+    """
+    count = len(posed) // 2
+    normals = vertex_normals(posed[:count], _tube(count // COLUMNS))
+    facing = normals[:, 2].reshape(-1, COLUMNS).mean(axis=0)
+    middle = 2 * np.pi * np.arange(COLUMNS) / COLUMNS
+    middle = np.angle((np.maximum(facing, 0.0) * np.exp(1j * middle)).sum())
+    quarter = COLUMNS // 4
+    start = round(float(middle) / (2 * np.pi) * COLUMNS) - quarter // 2
+    turn = (np.arange(COLUMNS) - start) % (2 * quarter)
+    column = (start + np.minimum(turn, 2 * quarter - 1 - turn)) % COLUMNS
+    return np.asarray(np.arange(len(posed)).reshape(-1, COLUMNS)[:, column].ravel())
 
 
 def _angles() -> FloatArray:

@@ -12,7 +12,7 @@ from a2v.reconstruction.backs.continuation import PATTERNED
 from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.coloring.atlas import PaddedAtlas
 from a2v.reconstruction.coloring.borders import Borders
-from a2v.reconstruction.coloring.other_half import of_other_half
+from a2v.reconstruction.coloring.elsewhere import shown_elsewhere
 from a2v.reconstruction.coloring.other_photos import mixed
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.face.colors import EYE, FacePaint
@@ -56,7 +56,7 @@ def bake(painting: Painting, padded: PaddedAtlas) -> tuple[FloatArray, np.ndarra
         trust = photo.trust(point, normal, owners)[:, None]
         if painting.kept is not None:
             trust = trust * within(painting.kept[:, None], corner, weight)
-        trust, beyond, mirrored = of_other_half(painting, corner, weight, trust)
+        trust, beyond, mirrored = shown_elsewhere(painting, corner, weight, trust)
         if kinds is not None:
             kind = kinds[face]
             eye = kind == EYE

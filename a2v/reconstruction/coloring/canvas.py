@@ -112,6 +112,9 @@ class Canvas:
         Whether the hands wear gloves.
     loose : (V,) bool, optional
         Vertices of a separate layer of cloth: a skirt.
+    around : (V,) int, optional
+        For each vertex of that layer, one of the side that faces the camera, at the same height;
+        for others the vertex itself.
     strands : (V,) int, optional
         Number of the strand of each vertex of a separate layer of long hair; -1 for all others.
     bare : sequence of str
@@ -127,6 +130,7 @@ class Canvas:
     hands: FloatArray | None = None
     gloved: bool = False
     loose: BoolArray | None = None
+    around: IntArray | None = None
     strands: IntArray | None = None
     bare: Sequence[str] = ()
     head: CanvasHead | None = None

@@ -17,9 +17,11 @@ from a2v.body.head_chart import (
     head_cells,
     sample_chart,
 )
+from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.coloring.painting import HeadCover, Painting
+from a2v.reconstruction.reading.shown import STEP
 from a2v.sessions import WEIGHTS, open_session, read_metadata
 from a2v.types import BoolArray, FloatArray
 
@@ -43,6 +45,16 @@ _NEIGHBORS = 60
 """Number of kept places whose difference is carried to a place."""
 _FADE = 0.1
 """Weight of the usual difference, which holds far from all kept places."""
+_TEMPLES = 48
+"""Row of the chart at the height of the eyes, below which skin in front of the ears has no hair."""
+_EARS = 34
+"""Distance of the back of the ears from the middle of the face, columns."""
+_CHIN = (74, 82, 8)
+"""First and last row of the chin, and its largest distance from the middle, columns."""
+_BESIDE_HAIR = 0.01
+"""Distance from hair that hangs before a cheek within which its pixels are not skin, meters."""
+_BEARD = 0.3
+"""Share of the chin with the colors of the hair from which on there is a beard."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +158,16 @@ def complete_head(painting: Painting) -> Painting:
     outer, skin, shares = (
         sample_chart(chart, places) for chart in (found.outer, found.skin, shares)
     )
-    cover = ~(hair | canvas.head.ears[vertices]) & (shares[:, 0] > 0.5)
+    hung = _behind_strands(painting)[vertices]
+    cover = ~(hair | hung | canvas.head.ears[vertices]) & (shares[:, 0] > 0.5)
     colors = np.where(cover[:, None], outer, skin)
-    keep = smoothstep(np.where(hair, shares[:, 2], shares[:, 1]), *_KEEP)
+    keep = smoothstep(np.where(hair | hung, shares[:, 2], shares[:, 1]), *_KEEP)
+    if hung.any():
+        keep = np.where(hung & _on_hair(painting)[vertices], 0.0, keep)
     # what covers a neck is mostly a collar, which garments continue; and if the crown has hair,
     # the scalp has, too: the network takes brown hair above brown skin for skin
     scalp = np.zeros(len(painting.known), bool) if painting.spots is None else painting.spots.scalp
-    asked = np.where(cover, painting.on("head")[vertices], hair | ~scalp[vertices])
+    asked = np.where(cover, painting.on("head")[vertices], hair | hung | ~scalp[vertices])
     vertices, cover, colors, keep = vertices[asked], cover[asked], colors[asked], keep[asked]
     told, covered = np.zeros((2, len(painting.known)), bool)
     told[vertices], covered[vertices] = True, cover
@@ -170,6 +185,40 @@ def complete_head(painting: Painting) -> Painting:
         expected=expected,
         head_cover=HeadCover(told=told, covered=covered),
     )
+
+
+def _behind_strands(painting: Painting) -> BoolArray:
+    """Return the vertices (V,) of cheeks, jaw and neck of a person with a layer of long hair. What
+    hair the photo shows there hangs in front of them.
+
+    A beard is hair on them, too: then there are none.
+    """
+    canvas, spots = painting.canvas, painting.spots
+    result = np.zeros(len(painting.known), bool)
+    if canvas is None or canvas.head is None or canvas.hairy is None or spots is None:
+        return result
+    places = canvas.head.places
+    middle = np.abs(places[:, 0] - WIDTH / 2)
+    front = ~spots.scalp | (middle < _EARS)
+    result[:] = canvas.head.outermost & front & (places[:, 1] > _TEMPLES)
+    chin = result & painting.main & (places[:, 1] > _CHIN[0]) & (places[:, 1] < _CHIN[1])
+    chin &= middle < _CHIN[2]
+    if chin.any() and _on_hair(painting)[chin].mean() > _BEARD:
+        result[:] = False
+    return result
+
+
+def _on_hair(painting: Painting) -> BoolArray:
+    """Return the vertices (V,) at or near whose pixels the photo shows long hair."""
+    import cv2
+
+    canvas = painting.canvas
+    assert canvas is not None
+    reach = 2 * round(_BESIDE_HAIR * painting.photo.camera.scale / STEP) + 1
+    hair = cv2.dilate(canvas.agreement[len(PARTS)], np.ones((reach, reach), np.uint8))
+    canvas = dataclasses.replace(canvas, agreement=hair[None])
+    pixels = painting.photo.camera.project(painting.vertices)
+    return canvas.agrees(pixels, np.zeros(len(pixels), np.int64)) > 0
 
 
 def paint_head(painting: Painting) -> Painting:

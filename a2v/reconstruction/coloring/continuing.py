@@ -18,7 +18,7 @@ from a2v.reconstruction.backs import (
     run_around,
     seen_before,
 )
-from a2v.reconstruction.backs.seen import HANDS
+from a2v.reconstruction.backs.seen import HAIR, HANDS, SKIN
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.tones import (
     bare_arms,
@@ -94,7 +94,10 @@ def label(painting: Painting) -> Painting:
     """Label skin, hair, garments and shoes."""
     if painting.evidence is None:
         return painting
-    return dataclasses.replace(painting, materials=Materials.of(*label_surface(painting.evidence)))
+    labels, strange = label_surface(painting.evidence)
+    if (cover := painting.head_cover) is not None:  # strands beside a cheek make it no hair
+        labels = np.where(cover.told & ~cover.covered & (labels == HAIR), SKIN, labels)
+    return dataclasses.replace(painting, materials=Materials.of(labels, strange))
 
 
 def run_borders(painting: Painting) -> Painting:

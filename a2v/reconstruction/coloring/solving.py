@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 
 from a2v.reconstruction.backs.seen import HANDS
+from a2v.reconstruction.coloring.elsewhere import HEAD
 from a2v.reconstruction.coloring.equation14 import ColorProblem, solve_colors
 from a2v.reconstruction.coloring.nearest import nearest_known
-from a2v.reconstruction.coloring.other_half import HEAD
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.tones import (
     combed,

@@ -11,6 +11,7 @@ from a2v.body import load_body_model, make_body
 from a2v.body.face import teeth
 from a2v.body.parts import on_parts
 from a2v.body.spots import rest_vertices
+from a2v.reconstruction.canonical import Sight
 from a2v.reconstruction.canonical.binding import (
     binding_key,
     found_weights,
@@ -24,6 +25,8 @@ from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import thin_under_skirt
 from a2v.types import Body, FloatArray, Standing
 from tests.support.bodies import with_turned_limb
+from tests.support.faces import CAMERA, photographed
+from tests.support.sights import with_skirt
 from tests.support.surfaces import coated
 
 
@@ -76,7 +79,10 @@ def test_no_kick_tears_a_skirt(rest_body: Body) -> None:
         [rest_body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
     ].mean(axis=0)
     person = coated(rest_body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
-    skirt = make_skirt(person.surface, rest_body, rest_vertices(rest_body), float(knees[1]) - 0.05)
+    sight = with_skirt(Sight(photographed(rest_body), rest_body, CAMERA, person), True)
+    hem = np.full(2, float(knees[1]) - 0.05)
+    sight = dataclasses.replace(sight, given=dataclasses.replace(sight.reading, hem=hem))
+    skirt = make_skirt(sight, rest_body, rest_vertices(rest_body))
     assert skirt is not None
     standing = Standing(
         vertices=skirt.vertices.astype(np.float32),

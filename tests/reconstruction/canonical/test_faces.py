@@ -15,7 +15,7 @@ from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting
 from a2v.reconstruction.coloring.bake import _of_hair
-from a2v.reconstruction.coloring.other_half import of_other_half
+from a2v.reconstruction.coloring.elsewhere import shown_elsewhere
 from a2v.reconstruction.coloring.tones import even_tones
 from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face.colors import EYE, face_paint
@@ -196,14 +196,14 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
     head = on_parts(canvas.parts, "head")[faces].all(axis=1)
     hidden = faces[head & (vertices[faces][..., 0] > 0.01).all(axis=1)]
     weight = np.full((len(hidden), 3, 1), 1 / 3)
-    kept, trust, colors = of_other_half(painting, hidden, weight, np.ones((len(hidden), 1)))
+    kept, trust, colors = shown_elsewhere(painting, hidden, weight, np.ones((len(hidden), 1)))
     good = trust[:, 0] > 0.9
     assert kept.mean() > 0.9  # a face seen from the front is equally frontal on both sides
     assert good.sum() > 200
     assert colors[good, 2].max() < 0.1
     assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
     trunk = faces[on_parts(canvas.parts, "torso")[faces].all(axis=1)][:50]
-    kept, none, _ = of_other_half(painting, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
+    kept, none, _ = shown_elsewhere(painting, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
     assert kept.all()
     assert not none.any()
 

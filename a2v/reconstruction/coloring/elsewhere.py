@@ -1,4 +1,5 @@
-"""Use the visible half of a head for the occluded one: heads are symmetric, also in the texture."""
+"""Give places that the photo hides the texture of others: heads are symmetric, and cloth that hangs
+looks alike all around."""
 
 from __future__ import annotations
 
@@ -13,32 +14,35 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
-"""Ratios of how directly a place and its mirror image face the camera. Below the first ratio the
-place takes the colors of its mirror image, above the second its own."""
+"""Ratios of how directly a place and the other place face the camera. Below the first ratio the
+place takes the colors of the other place, above the second its own."""
 
 
-def of_other_half(
+def shown_elsewhere(
     painting: Painting, corner: IntArray, weight: FloatArray, trust: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sample the mirrored places of a head.
+    """Sample the mirrored places of head and neck, and the visible side of hanging cloth.
 
-    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Only head and neck
-    are mirrored.
+    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1).
 
     Returns
     -------
-    The `trust` (n, 1) in the photo's own colors, lowered if the mirrored place is seen much more
-    squarely; the trust (n, 1) in the colors of the mirrored place; and these colors (n, 3), sRGB.
+    The `trust` (n, 1) in the photo's own colors, lowered if the other place is seen much more
+    squarely; the trust (n, 1) in the colors of the other place; and these colors (n, 3), sRGB.
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
     photo, canvas = painting.photo, painting.canvas
-    if canvas is None or "mirror_texels" in painting.settings.off:
+    if canvas is None:
         return kept, beyond, colors
-    own = np.flatnonzero(_all_of(on_parts(canvas.parts, *HEAD), corner))
+    off, other = painting.settings.off, canvas.twin
+    chosen = on_parts(canvas.parts, *HEAD) & ("mirror_texels" not in off)
+    if canvas.loose is not None and canvas.around is not None and "repeat_cloth" not in off:
+        chosen, other = chosen | canvas.loose, np.where(canvas.loose, canvas.around, other)
+    own = np.flatnonzero(_all_of(chosen, corner))
     if not len(own):
         return kept, beyond, colors
     share = weight[own]
-    there = canvas.twin[corner[own]]
+    there = other[corner[own]]
     point, normal = (
         within(values, there, share) for values in (painting.vertices, painting.normals)
     )

@@ -19,6 +19,7 @@ from a2v.perception.apply_corrections import (
 )
 from a2v.perception.bodymap import look_at_body, mended
 from a2v.perception.corrections import Corrections
+from a2v.perception.cut import complete_standing
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize
@@ -127,6 +128,8 @@ def find_person(
     points, points_3d = cropped, seen.keypoints_3d
     if bodymap is not None:
         points, points_3d = mended(cropped, points_3d, bodymap, keep=given_points is not None)
+    if _cut_below(alpha_crop, crop, height):
+        points, points_3d = complete_standing(points, points_3d, image.shape[0])
     points, points_3d = correct_landmarks(points, points_3d, own)
     # the detector decides which landmarks are occluded or outside of the photo
     warnings += _warn(alpha_crop, place_landmarks(cropped, own), points_3d, crop, (width, height))
@@ -299,6 +302,20 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     return points
 
 
+def _cut_below(alpha: FloatArray, crop: tuple[int, int, int, int], height: int) -> bool:
+    """Return whether the lower edge of a photo of `height` pixels cuts off the person with the mask
+    `alpha` (h, w)."""
+    solid = alpha > 0.5
+    tall = int(np.ptp(np.flatnonzero(solid.any(axis=1))) + 1)
+    return crop[3] >= height and _touches(solid[-2:].any(axis=0), tall)
+
+
+def _touches(line: BoolArray, tall: int) -> bool:
+    """Return whether a person `tall` pixels high touches the edge whose pixels `line` (n,) are the
+    person's."""
+    return bool(line.sum() > max(3.0, 0.02 * tall))
+
+
 def _warn(
     alpha: FloatArray,
     points: FloatArray,
@@ -312,11 +329,7 @@ def _warn(
     rows = np.nonzero(solid.any(axis=1))[0]
     tall = rows[-1] - rows[0] + 1
     conf = points[:, 2]
-
-    def touches(line: BoolArray) -> bool:
-        return bool(line.sum() > max(3.0, 0.02 * tall))
-
-    at_bottom = crop[3] >= size[1] and touches(solid[-2:].any(axis=0))
+    at_bottom = _cut_below(alpha, crop, size[1])
     feet = [
         LANDMARK_INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")
     ]
@@ -328,12 +341,14 @@ def _warn(
         )
     elif at_bottom:
         messages.append("the person touches the photo's lower edge: feet may be cut off")
-    if crop[1] <= 0 and (touches(solid[:2].any(axis=0)) or points[LANDMARK_INDEX["nose"], 1] < 0):
+    if crop[1] <= 0 and (
+        _touches(solid[:2].any(axis=0), tall) or points[LANDMARK_INDEX["nose"], 1] < 0
+    ):
         messages.append(
             "the head is cut off by the photo's upper edge: it is guessed from the body model"
         )
-    if (crop[0] <= 0 and touches(solid[:, :2].any(axis=1))) or (
-        crop[2] >= size[0] and touches(solid[:, -2:].any(axis=1))
+    if (crop[0] <= 0 and _touches(solid[:, :2].any(axis=1), tall)) or (
+        crop[2] >= size[0] and _touches(solid[:, -2:].any(axis=1), tall)
     ):
         messages.append("the person is cut off by the photo's side: what lies outside is guessed")
 

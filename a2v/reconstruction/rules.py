@@ -40,6 +40,7 @@ COLORING: Mapping[str, str] = {
     "pair_sides": "hidden places from the mirrored side",
     "bare_crossed_arms": "hidden forearms without sleeves",
     "run_borders": "hems and sleeves around the body",
+    "dress_cut_legs": "clothes of legs below the picture",
     "split_panels": "garments of several colors",
     "keep_to_palette": "hidden cloth in the visible colors",
     "wear_gloves": "gloves on hidden hands",

@@ -17,6 +17,7 @@ from a2v.reconstruction.canonical.binding import four_weights, posed_by
 from a2v.reconstruction.canonical.ears import ears, ears_covered, flat_ears
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hair import hair_faces, make_hair, under_hair
+from a2v.reconstruction.canonical.hanging import in_skirt
 from a2v.reconstruction.canonical.layers import Layer, with_layer
 from a2v.reconstruction.canonical.observe import PersonView, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
@@ -86,6 +87,8 @@ def canonical_person(
         The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
+    if settings.legs == "skirt":
+        sight = in_skirt(sight)
     reading = sight.reading
     bare = reading.bare_feet
     sights, shown, laid, poses, shod, covers = _shod(
@@ -117,6 +120,8 @@ def canonical_person(
         "small_face": laid.small,
         "turned_face": laid.averted,
         "features": laid.features,
+        "legs": settings.legs,
+        "legs_color": settings.legs_color,
     } | ({"photos": len(sights), "face_photo": shown} if others else {})
     surface = Surface(
         vertices=posed_vertices(standing, body),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
@@ -19,6 +21,17 @@ _SMOOTH = 2.0
 _ARMS = tuple(
     f"{side}_{part}" for side in ("left", "right") for part in ("upper_arm", "lower_arm", "hand")
 )
+
+
+def in_skirt(sight: Sight) -> Sight:
+    """The same photo, read with a skirt down to the knees if its lower edge cuts off the legs."""
+    body = sight.body
+    knees = [body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")]
+    places = sight.camera.project(body.bone_transforms[knees, :3, 3])
+    if sight.reading.hangs or (places[:, 1] < sight.subject.mask.shape[0]).any():
+        return sight
+    hem = np.full(2, float(body.rest_transforms[knees, 1, 3].mean()))
+    return dataclasses.replace(sight, given=dataclasses.replace(sight.reading, hangs=True, hem=hem))
 
 
 def hanging(sight: Sight, rows: FloatArray, posed: FloatArray, base: FloatArray) -> FloatArray:

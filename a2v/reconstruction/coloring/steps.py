@@ -23,6 +23,7 @@ from a2v.reconstruction.coloring.continuing import (
     run_borders,
     split_panels,
 )
+from a2v.reconstruction.coloring.cut_legs import dress_cut_legs
 from a2v.reconstruction.coloring.expecting import (
     add_other_photos,
     delight,
@@ -56,6 +57,7 @@ STEPS: tuple[ColoringStep, ...] = (
     bare_crossed_arms,
     label,
     run_borders,
+    dress_cut_legs,
     split_panels,
     continue_materials,
     keep_to_palette,

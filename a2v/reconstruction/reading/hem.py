@@ -61,6 +61,13 @@ _LINE_DEPTH = 0.15
 """Smallest difference in lightness between a line and its sides, as a share of its lightness."""
 _LINE_SHARE = 0.7
 """Share of the heights with a line above which the legs part."""
+_FLARE = 0.05
+"""Smallest distance of the outline of a flared skirt from the legs, meters."""
+_FLARE_ABOVE = 0.04
+"""Height above the end of the cloth at which it is found, meters."""
+_FLARE_BAND = 0.02
+"""Height above and below within which the skin gives the sides of the legs, meters."""
+_LEGS = ("left_thigh", "right_thigh", "left_shin", "right_shin")
 _LEAST_HEIGHTS = 6
 """Smallest number of heights at which there may be a line."""
 
@@ -250,6 +257,24 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
         return False
     found = _along_line(uniform_filter1d(line, 3, axis=0, mode="nearest")[seen])
     return bool((found > _LINE_DEPTH).mean() > _LINE_SHARE)
+
+
+def flares(subject: Subject, body: Body, camera: Camera, end: float) -> bool:
+    """Return whether the outline above the end of the cloth, at the height at rest `end`, meters,
+    is far from the legs on both sides. Legs of trousers do not flare so much."""
+    from a2v.body.spots import rest_vertices
+
+    skin = rest_vertices(body)
+    legs = on_parts(body.parts[: len(skin)], *_LEGS)
+    band = legs & (np.abs(skin[:, 1] - end - _FLARE_ABOVE) < _FLARE_BAND)
+    pixels = camera.project(body.vertices[: len(skin)][band])
+    found = []
+    mask = subject.mask > 0.5
+    for sign, column in ((-1, pixels[:, 0].min()), (1, pixels[:, 0].max())):
+        row = int(np.clip(pixels[np.abs(pixels[:, 0] - column).argmin(), 1], 0, len(mask) - 1))
+        line = mask[row, int(np.clip(column, 0, mask.shape[1] - 1)) :: sign]
+        found.append(len(line) if line.all() else int(line.argmin()))
+    return min(found) > _FLARE * camera.scale
 
 
 def _pixels(

@@ -12,14 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from a2v.reconstruction.reading.hanging import BENT, hangs_between_legs, hips_bent
-from a2v.reconstruction.reading.hem import line_between_legs, rest_height, skirt_hem
+from a2v.reconstruction.reading.hem import (
+    flares,
+    line_between_legs,
+    rest_height,
+    skirt_hem,
+)
 from a2v.reconstruction.reading.legs_chart import ALONG, leg_joints, legs_chart
 from a2v.sessions import WEIGHTS, open_session, read_metadata
 from a2v.types import Body, Camera, FloatArray, Subject, Surface
 
 FORMAT = "a2v-skirts/1"
 FILE = WEIGHTS / "person_skirts.onnx"
-_SURE = (0.35, 0.85)
+_SURE = (0.45, 0.62)
 """Probabilities below and above which the network decides; between them the rules do."""
 _FIRST = 0.1
 """Place on the legs, as in `ALONG`, above which cloth is not looked at: it is the trunk's."""
@@ -48,7 +53,7 @@ def find_skirt(
 
     Standing people: the network decides if it is sure. Otherwise, and for people who sit or squat,
     of whom it has seen few, the rules do: `skirt_hem` and `hangs_between_legs`. A line between both
-    legs down to the hem excludes a skirt in any case.
+    legs down to the hem excludes a skirt, unless it flares.
 
     Returns
     -------
@@ -65,7 +70,8 @@ def find_skirt(
     if not (hangs or hem is not None or (stands and seen.probability > _SURE[1])):
         return False, None
     end = hem[0] if hem is not None else rest_height(body, seen.hem)
-    if (stands or hem is not None) and line_between_legs(subject, body, camera, end):
+    line = (stands or hem is not None) and line_between_legs(subject, body, camera, end)
+    if line and not flares(subject, body, camera, end):  # of trousers, and no fold
         return False, None
     if hem is None and not hangs:
         hem = end, end

@@ -56,7 +56,7 @@ def dress_cut_legs(painting: Painting) -> Painting:
         colors[bare & ~evidence.known] = evidence.skin
     return dataclasses.replace(
         painting,
-        evidence=dataclasses.replace(evidence, colors=colors, bare=evidence.bare | bare),
+        evidence=dataclasses.replace(evidence, colors=colors),
         materials=dataclasses.replace(
             materials, labels=labels, strange=materials.strange & (labels == materials.labels)
         ),

@@ -23,6 +23,9 @@ _RELAXED = 1.6
 """Over-relaxation of ADMM."""
 _SINGLE = 1e-5
 """Smallest tolerance that is reached in single precision."""
+_RIDGE = 1e-3
+"""Weight of the starting color of patches that nothing else fixes; far less is lost in single
+precision."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,7 +183,7 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
     )
     operator = sp.vstack([difference[:, free], pick]).tocsr()
 
-    # A patch without any fixed neighbor or prior may have any color. A tiny weight on its starting
+    # A patch without any fixed neighbor or prior may have any color. A small weight on its starting
     # color decides.
     normal = (operator.T @ operator).tocsc()
     parts, label = connected_components(normal, directed=False)
@@ -196,7 +199,7 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
         ),
         pairs=len(low),
         normal=normal,
-        ridge=sp.diags(np.where(tied[label], 0.0, 1e-6)),
+        ridge=sp.diags(np.where(tied[label], 0.0, _RIDGE)),
         start=np.nan_to_num(np.asarray(colors, np.float64)[free], nan=0.5),
     )
 

@@ -21,6 +21,7 @@ from pipelines.outputs import write_early_page, write_node, write_results, write
 from pipelines.report import make_report
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
+from pipelines.requests.papers import PAPERS, parts_used, with_checkpoints
 from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 from pipelines.rigs import RigOptions
@@ -33,6 +34,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --look night --aspect 16:9 --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
+  a2v video --photo me.jpg --action Walk --papers --out out/papers                                         the papers' way
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
 The folder gets video.mp4 (the views side by side), one MP4 per view, character.glb, motion.bvh, motion.npz, preview.html
@@ -44,6 +46,11 @@ Run again after an interruption: finished frames are remembered. Another action 
 class Options:
     """Options of the command."""
 
+    papers: bool = flag(
+        "the papers' way: motion of GLMI-M, a fused character of PIFu's kind or of your checkpoints, "
+        "Eq. 14 alone, Eq. 20 with control 1, four still views; other options replace its parts",
+        sets=PAPERS,
+    )
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("folder to write to")
     motion: MotionRequest = group(MotionRequest, "the motion")
@@ -79,6 +86,7 @@ class Options:
     def request(self) -> VideoRequest:
         """The requested video."""
         made = VideoRequest(person=self.person, motion=self.motion, film=self.film)
+        made = with_checkpoints(made) if self.papers else made
         return seen_around(made, self.sprites) if self.sprites else made
 
 
@@ -108,6 +116,8 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
         raise InputError(f"max-mb is {options.max_mb}; expected more than 0")
     out = check_writable(options.out)
     for line in resolved.understood:
+        tell(line)
+    for line in parts_used(options.request, resolved) if options.papers else ():
         tell(line)
     with claim(out):
         return _make(options, resolved, out)

@@ -252,9 +252,9 @@ def plan_motion(
             return _planned(found)
         model = DIRECTED
     if model in DECODERS:
-        named = [f"{data}-{model}" for data in VAE_DATA]
+        vaes = [f"{data}-{model}" for data in VAE_DATA]
         return _first_plan(
-            sorted(named, key=lambda name: not _has_action(name, action)),
+            sorted(vaes, key=lambda name: not _has_action(name, action)),
             functools.partial(
                 plan_motion, action, license=license, timeline=timeline, strict=strict
             ),

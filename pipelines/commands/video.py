@@ -29,12 +29,11 @@ from pipelines.sprites import seen_around, write_sprites
 
 HELP = "Make a video of the person in a photo doing an action, seen from several sides, and write the rigged character and its motion."
 EXAMPLES = """examples:
-  a2v video --photo me.jpg --action Walk --out out/walk
+  a2v video --photo me.jpg --action Walk --out out/walk                   with --papers: as the two papers do it
   a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --look night --aspect 16:9 --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
-  a2v video --photo me.jpg --action Walk --papers --out out/papers                                         the papers' way
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
 The folder gets video.mp4 (the views side by side), one MP4 per view, character.glb, motion.bvh, motion.npz, preview.html
@@ -47,8 +46,9 @@ class Options:
     """Options of the command."""
 
     papers: bool = flag(
-        "the papers' way: motion of GLMI-M, a fused character of PIFu's kind or of your checkpoints, "
-        "Eq. 14 alone, Eq. 20 with control 1, four still views; other options replace its parts",
+        "the papers' way: their VAE's motion, a fused character, colors by their equation alone, "
+        "four still cameras; other options replace its parts (docs/papers.md)",
+        rare=True,
         sets=PAPERS,
     )
     person: PersonRequest = group(PersonRequest, "the person")

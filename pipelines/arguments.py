@@ -83,6 +83,25 @@ def gather_repeated(kind: type, given: Sequence[str]) -> list[str]:
     return result
 
 
+def flags_that_set(kind: type) -> list[dataclasses.Field[typing.Any]]:
+    """Return the flags of a command that stand for values of other options."""
+    return [
+        item for item in dataclasses.fields(kind) if (item.metadata.get("option") or {}).get("sets")
+    ]
+
+
+def with_words_set(kind: type, given: Sequence[str]) -> list[str]:
+    """Return the arguments with those that given flags stand for, which come first: so options that
+    are given stay in force."""
+    words = [
+        f"--{name}={value}"
+        for item in flags_that_set(kind)
+        if f"--{item.name}" in given
+        for name, value in item.metadata["option"]["sets"].items()
+    ]
+    return [*words, *given]
+
+
 def _with_more(kind: type) -> Iterator[tuple[str, str]]:
     """Return the options that may be repeated, and the fields that take their further values."""
     for item in dataclasses.fields(kind):
@@ -110,7 +129,17 @@ def _settings_of(kind: type) -> Iterator[str]:
             yield from _settings_of(typing.get_type_hints(kind)[item.name])
 
 
-def check_numbers(found: jsonargparse.Namespace) -> None:
+def check_found(kind: type, found: jsonargparse.Namespace, given: Sequence[str]) -> None:
+    """Check the parsed values (`_check_numbers`). Refuse, in a file of settings, what is read from
+    the command line alone: --json, for which `pipelines.cli` looks there, and flags that set other
+    options."""
+    _check_numbers(found)
+    for name in ("json", *(item.name for item in flags_that_set(kind))):
+        if found[name] and f"--{name}" not in given:
+            raise InputError(f"{name} cannot be set in a file; give --{name} on the command line")
+
+
+def _check_numbers(found: jsonargparse.Namespace) -> None:
     """Require finite numbers, and seeds in the range of numpy and the renderer."""
     for name, value in found.items():
         if isinstance(value, float) and not math.isfinite(value):

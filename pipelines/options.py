@@ -24,11 +24,12 @@ from a2v.errors import A2VError, InputError
 from a2v.io import brief, read_bytes, shorten
 from a2v.plain_yaml import PlainLoader
 from pipelines.arguments import (
-    check_numbers,
+    check_found,
     check_typed,
     explained,
     gather_repeated,
     with_hyphens,
+    with_words_set,
 )
 from pipelines.field_docs import field_docs, summary
 
@@ -68,6 +69,7 @@ def option(
     many: str = "",
     more: str = "",
     rare: bool = False,
+    sets: Mapping[str, str] | None = None,
 ) -> Any:
     """Make a field that is an option; it is required if it has no default.
 
@@ -79,6 +81,7 @@ def option(
     many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
     more : text field that gets all values after the first one, separated by commas
     rare : shown by ``--help-all`` only
+    sets : values of other options that a given flag stands for; those that are given are kept
     """
     facts = {
         "help": help,
@@ -88,13 +91,14 @@ def option(
         "many": many,
         "more": more,
         "rare": rare,
+        "sets": sets or {},
     }
     return dataclasses.field(default=default, metadata={"option": facts})
 
 
-def flag(help: str, *, rare: bool = False) -> Any:
-    """Make a field that is True if the option is given."""
-    return option(help, default=False, many="flag", rare=rare)
+def flag(help: str, *, rare: bool = False, sets: Mapping[str, str] | None = None) -> Any:
+    """Make a field that is True if the option is given; `sets` as in `option`."""
+    return option(help, default=False, many="flag", rare=rare, sets=sets)
 
 
 def group(kind: type[T], title: str = "") -> T:
@@ -150,7 +154,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     InputError
         Unknown, missing or malformed options.
     """
-    given = gather_repeated(kind, [_with_underscores(argument) for argument in arguments])
+    words = gather_repeated(kind, [_with_underscores(argument) for argument in arguments])
+    given = with_words_set(kind, words)
     level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
     known: type = kind
     parser = _parser(known, f"a2v {command}", about, examples, level)
@@ -171,9 +176,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         ) from None
     finally:  # jsonargparse keeps the request of --print-config here if the parsing fails
         vars(parser).pop("print_config", None)
-    check_numbers(found)
-    if found.json and "--json" not in given:  # pipelines.cli looks for it only on the command line
-        raise InputError("json cannot be set in a file; give --json on the command line")
+    check_found(kind, found, given)
     return _made(kind, found)
 
 

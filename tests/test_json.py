@@ -39,6 +39,8 @@ REFUSED = {
     "evaluate": (
         "--dataset cmu --data text --model cmu --out t.md",
         "--dataset cmu --data text --model cmu --out t.docx",
+        "--dataset cmu --data text --protocol actor --actions Walk --out t.md",
+        "--dataset cmu --data text --labels each --out t.md",
     ),
     "evaluate_clips": (
         "--data none --out t.md",

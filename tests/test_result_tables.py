@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from a2v.lab.evaluation.metrics import confidence_interval
-from a2v.lab.evaluation.published import PUBLISHED
+from a2v.lab.evaluation.published import PUBLISHED, PUBLISHED_ACTOR
 from a2v.lab.evaluation.scores import METRICS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -88,3 +88,18 @@ def test_baselines_have_the_published_values_in_their_protocol(dataset: str) -> 
             for row in rows
         )
     assert f"CondGRU{ending}" in as_in_the_data
+
+
+def test_actors_table_has_the_measured_and_the_published_values() -> None:
+    page = "results/motion_humanact12_actor.md"
+    ours = the_table(page, "Real motions", 4)
+    scores = measured("motion_humanact12_actor")
+    assert len(scores) == len(VAES) + 2
+    assert {name: [cell.split(" (")[0] for cell in ours[name]] for name in scores} == scores
+    theirs = the_table(page, "ACTOR", 2)
+    for name, values in PUBLISHED_ACTOR["humanact12"].items():
+        assert tuple(map(float, theirs[name])) == values, name
+    assert not set(theirs) & set(scores)
+    text = (DOCS / page).read_text(encoding="utf-8")
+    part = measured("motion_humanact12_actor_1000")["flow (humanact12)"]
+    assert f"{part[0].lstrip('0').replace('± 0', '± ')} / {part[1][1:5]} and Lie" in text

@@ -6,9 +6,11 @@ an action.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import functools
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from a2v.digest import Digest
@@ -33,7 +35,7 @@ from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.keeping import kept_and_told
 from a2v.motion.medley import make_sourced
 from a2v.motion.model import MotionModel
-from a2v.motion.names import BUNDLED
+from a2v.motion.names import BUNDLED, plain_name
 from a2v.motion.prompts import Match, Step, explain
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
@@ -43,6 +45,11 @@ from a2v.types import Motion
 
 AUTO = "auto"
 """All sources (`a2v.motion.catalog.SOURCES`)."""
+DECODERS = ("plain", "lie", "glmi-m", "glmi-r")
+"""Decoders of the papers' VAE; each is shipped for CMU, HumanAct12 and its fine actions."""
+VAE_DATA = ("humanact12", "cmu", "humanact12-fine")
+"""Data sets of the papers' VAEs, in the order in which they are asked for an action: the papers'
+own first, the finer actions last."""
 DIRECTED = "cmu-fine"
 """The source that can be directed."""
 
@@ -208,7 +215,9 @@ def plan_motion(
     action : str
         Names or words, "sneak, then wave, then salsa for 2 s".
     model : str
-        "auto" for all sources, "clips" for only the library, or a model as for `MotionModel.load`.
+        "auto" for all sources, "clips" for only the library, a decoder of the papers' VAE
+        (`DECODERS`) for the first shipped one that knows the action, or a model as for
+        `MotionModel.load`.
     license : "any" or "free"
         "free" leaves out sources for research only.
     timeline : path or None
@@ -242,6 +251,14 @@ def plan_motion(
         if not directed or model == CLIPS or found.sources == (CLIPS,):
             return _planned(found)
         model = DIRECTED
+    if model in DECODERS:
+        vaes = [f"{data}-{model}" for data in VAE_DATA]
+        return _first_plan(
+            sorted(vaes, key=lambda name: not _has_action(name, action)),
+            functools.partial(
+                plan_motion, action, license=license, timeline=timeline, strict=strict
+            ),
+        )
     opened = MotionModel.load(model)
     if license == "free" and "research" in opened.card.license:
         raise InputError(
@@ -257,6 +274,31 @@ def plan_motion(
     named = [dataclasses.replace(step, source=model) for step in steps]
     left, told = kept_and_told(named, matches, bundled=model in SOURCES and not directed)
     return _planned(Understanding(tuple(left), tuple(told)), opened)
+
+
+def _has_action(model: str, action: str) -> bool:
+    """Return whether a model has an action of exactly this name."""
+    return plain_name(action) in map(plain_name, MotionModel.load(model).actions)
+
+
+def _first_plan(models: Sequence[str], plan: Callable[..., MotionPlan]) -> MotionPlan:
+    """Return the plan by the first of some models that knows the action.
+
+    Raises
+    ------
+    InputError
+        None does; the message lists their actions.
+    """
+    for name in models:
+        with contextlib.suppress(InputError):
+            return plan(model=name)
+    known = [
+        action for name in models if "fine" not in name for action in MotionModel.load(name).actions
+    ]
+    raise InputError(
+        f"none of {', '.join(models)} can make this motion; they know {', '.join(known)}, and "
+        "finer ones (a2v actions --model humanact12-fine)"
+    )
 
 
 def _planned(found: Understanding, model: MotionModel | None = None) -> MotionPlan:

@@ -37,6 +37,7 @@ from pipelines.answer import Answer
 from pipelines.filmed_folder import follow_folder
 from pipelines.inputs import RunOptions, check_writable
 from pipelines.motion_bones import bone_scale, first_frames, own_bones
+from pipelines.motion_checkpoint import motion_of_checkpoint
 from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
@@ -58,6 +59,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --count 6 --out walks.mp4                    side by side; also .gif, and .png for rows of poses
   a2v motion --action Walk --start mine.bvh --start-frames 10 --count 3 --out futures.mp4   go on from given poses
   a2v motion --model humanact12 --action lift_dumbbell --interpolate 5 --seed 1 --to-seed 4 --out between.png
+  a2v motion --model runs/condgru/baseline.pt --action warm_up --out warm_up.mp4       of a2v train baseline, as it is
   a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png         one clip of each action that matches
   a2v motion --action Walk --bone-scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
@@ -182,6 +184,10 @@ def run(options: Options) -> Answer:
     check_speed(options.edits.speed)
     if options.filmed.from_video is not None:
         return _written(_filmed(options, options.filmed), path, rigged, options.edits.edit)
+    if Path(options.plan.model).suffix.lower() == ".pt":
+        speed, others = options.edits.speed, _others(options, ("count", *FILMED))
+        sampled = motion_of_checkpoint(options.plan, speed, options.count, others)
+        return _written(Made(sampled), path, rigged, options.edits.edit)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:
@@ -199,18 +205,18 @@ def run(options: Options) -> Answer:
 
 def _filmed(options: Options, filmed: FilmedOptions) -> Made:
     """Track the person in a video, and return the motion."""
-    others = [
+    others = _others(options, FILMED)
+    return follow_video(filmed, options.plan, options.edits.edit, options.running, others)
+
+
+def _others(options: Options, taken: Sequence[str]) -> list[str]:
+    """Return the names of the options that are given but not taken."""
+    own = [
         item.name
         for item in fields(options)
-        if item.name not in FILMED and getattr(options, item.name) != item.default
+        if item.name not in taken and getattr(options, item.name) != item.default
     ]
-    return follow_video(
-        filmed,
-        options.plan,
-        options.edits.edit,
-        options.running,
-        [*others, *_given(options.way)],
-    )
+    return [*own, *_given(options.way)]
 
 
 def _folder(options: Options, out: Path) -> Answer:

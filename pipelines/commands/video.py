@@ -21,6 +21,7 @@ from pipelines.outputs import write_early_page, write_node, write_results, write
 from pipelines.report import make_report
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
+from pipelines.requests.papers import PAPERS, parts_used, with_checkpoints
 from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 from pipelines.rigs import RigOptions
@@ -28,7 +29,7 @@ from pipelines.sprites import seen_around, write_sprites
 
 HELP = "Make a video of the person in a photo doing an action, seen from several sides, and write the rigged character and its motion."
 EXAMPLES = """examples:
-  a2v video --photo me.jpg --action Walk --out out/walk
+  a2v video --photo me.jpg --action Walk --out out/walk                   with --papers: as the two papers do it
   a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --look night --aspect 16:9 --out out/jump
@@ -44,6 +45,12 @@ Run again after an interruption: finished frames are remembered. Another action 
 class Options:
     """Options of the command."""
 
+    papers: bool = flag(
+        "the papers' way: their VAE's motion, a fused character, colors by their equation alone, "
+        "four still cameras; other options replace its parts (docs/papers.md)",
+        rare=True,
+        sets=PAPERS,
+    )
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("folder to write to")
     motion: MotionRequest = group(MotionRequest, "the motion")
@@ -79,6 +86,7 @@ class Options:
     def request(self) -> VideoRequest:
         """The requested video."""
         made = VideoRequest(person=self.person, motion=self.motion, film=self.film)
+        made = with_checkpoints(made) if self.papers else made
         return seen_around(made, self.sprites) if self.sprites else made
 
 
@@ -108,6 +116,8 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
         raise InputError(f"max-mb is {options.max_mb}; expected more than 0")
     out = check_writable(options.out)
     for line in resolved.understood:
+        tell(line)
+    for line in parts_used(options.request, resolved) if options.papers else ():
         tell(line)
     with claim(out):
         return _make(options, resolved, out)

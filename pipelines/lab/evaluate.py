@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from a2v.errors import InputError
 from a2v.io import say
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
@@ -33,6 +34,7 @@ from a2v.motion.timeline import Take
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
+from pipelines.lab.actor_table import make_actor_table
 from pipelines.lab.dataset_options import DataOptions, hold_out
 from pipelines.lab.evaluated import MODELS, Evaluated, open_models
 from pipelines.lab.evaluation_rows import Table, actions_content
@@ -49,6 +51,7 @@ EXAMPLES = """examples:
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/condgru/baseline.pt --model first-frame --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
+  a2v evaluate --dataset humanact12 --data ../shared/data --model humanact12 --protocol actor --out actor.md     beside MDM, MLD ...
   a2v evaluate --dataset cmu-fine --data ../shared/data --model cmu-fine --each-action 40 --out table.md     all 124 actions
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model cmu-fine --out table.md      fine actions as the papers' eight
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held-out P03,P10 --out table.md
@@ -64,7 +67,9 @@ interrupted run can resume and models can be added. --evaluator is a trained act
 default that of the papers' authors in DATA/evaluators, else classifier.pt in the folder of OUT. If
 that does not exist, it is trained first, with the settings --classifier. --held-out adds a table
 that compares with the clips of these subjects only (auto: the subjects that
-`a2v train --held-out auto` leaves out)."""
+`a2v train --held-out auto` leaves out). --protocol actor makes one table only, that of ACTOR's
+evaluation, in which MDM, MLD and others report: every recording once, a generated clip for each
+one's action. Its rows do not compare with those of the other tables."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
@@ -106,7 +111,12 @@ class Options(DataOptions):
         "its numbers are in .alike.json",
         default=True,
     )
-    protocol: EvaluationSettings = group(EvaluationSettings)
+    protocol: str = option(
+        "evaluation: of the papers, or of ACTOR (Petrovich et al. 2021) and later methods",
+        default="papers",
+        choices=("papers", "actor"),
+    )
+    measuring: EvaluationSettings = group(EvaluationSettings)
     classifier: ClassifierSettings = settings(ClassifierSettings)
 
 
@@ -143,12 +153,21 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
 
 
 def run(options: Options) -> Answer:
-    """Measure the models and write the tables."""
-    out, protocol = table_path(options.out), options.protocol
+    """Measure the models and write the tables.
+
+    Raises
+    ------
+    InputError
+        An option does not go with the protocol.
+    """
+    _demand_protocol(options)
+    out, protocol = table_path(options.out), options.measuring
     dataset = options.open()
     training, unseen = hold_out(dataset, options.held_out)
     opened = open_models(options.model, dataset, options.data)
     evaluator = find_evaluator(options, dataset)
+    if options.protocol == "actor":
+        return make_actor_table(out, protocol, dataset, evaluator, opened)
     table = Table(out, dataset, evaluator, protocol, opened)
     scores = table.measure()
     text = [
@@ -187,6 +206,26 @@ def run(options: Options) -> Answer:
     return table_result(out, write_table(out, text, content), content)
 
 
+def _demand_protocol(options: Options) -> None:
+    """Refuse what ACTOR's protocol does not have, and its labels without it."""
+    if options.protocol == "papers":
+        if options.measuring.labels == "each":
+            raise InputError("labels is each; that is ACTOR's protocol: give --protocol actor")
+        return
+    others = {
+        "--actions": options.actions,
+        "--each-action": options.each_action,
+        "--stand": options.stand,
+        "--held-out": options.held_out not in ("none", ""),
+        "--labels": options.measuring.labels == "uniform",
+    }
+    if given := [name for name, value in others.items() if value]:
+        raise InputError(
+            f"{given[0]} does not go with --protocol actor, which makes one table; make the other "
+            "one without --protocol"
+        )
+
+
 class _Part(NamedTuple):
     """A section of the page, and its numbers."""
 
@@ -204,7 +243,7 @@ def _single_actions(options: Options, table: Table, content: Mapping[str, object
     """
     if not options.actions:
         return _NOTHING
-    alone = replace(options.protocol, clips=min(500, options.protocol.clips), physics_clips=0)
+    alone = replace(options.measuring, clips=min(500, options.measuring.clips), physics_clips=0)
     actions = [name.strip() for name in options.actions.split(",")]
     tables = table.measure_actions(actions, alone, content)
     text = [
@@ -231,7 +270,7 @@ def _each_action(options: Options, table: Table) -> _Part:
                 table.dataset,
                 table.evaluator,
                 clips=options.each_action,
-                seed=options.protocol.seed,
+                seed=options.measuring.seed,
                 progress=progress,
             )
         text += [

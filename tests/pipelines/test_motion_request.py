@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from a2v.errors import InputError
@@ -43,6 +45,25 @@ def test_clips_and_several_sources_say_what_makes_each_step():
     assert parameters(action="idle", seconds=7.0, fps=30.0)["frames"] == 210
     with pytest.raises(InputError, match="keyframes cannot be given with Bow"):
         parameters(action="bow", model="clips", keyframes="k.yaml")
+
+
+@pytest.mark.parametrize(
+    ("asked", "file"),
+    [
+        ("Walk", "motion_humanact12_glmi_m"),
+        ("dance", "motion_cmu_glmi_m"),
+        ("eat_pie_burger", "motion_humanact12_fine_glmi_m"),
+    ],
+)
+def test_a_decoder_names_the_first_vae_that_knows_the_action(asked, file):
+    assert Path(parameters(action=asked, model="glmi-m")["model"].path).stem == file
+
+
+def test_a_decoder_of_free_data_and_an_action_that_no_vae_knows():
+    free = parameters(action="Walk", model="lie", license="free")
+    assert Path(free["model"].path).stem == "motion_cmu_lie"
+    with pytest.raises(InputError, match=r"none of humanact12-lie, cmu-lie.*they know warm_up"):
+        parameters(action="salsa", model="lie")
 
 
 def test_research_is_left_out_where_licenses_must_be_free():

@@ -34,15 +34,17 @@ class EvaluationSettings:
     Attributes
     ----------
     clips : int
-        Generated and real clips per repeat, drawn with replacement.
+        Generated and real clips per repeat, drawn with replacement; with "each" without, and at
+        most as many as the data has.
     repeats : int
         Independent repeats; tables give their mean and 95 % interval.
-    labels : "data" or "uniform"
+    labels : "data", "uniform" or "each"
         Actions of the generated clips: as frequent as in the data, or all equally frequent, as in
         the published evaluation. Real clips always keep the data's frequencies. So under "uniform"
         even real motions with equally frequent actions have an FID of 2.0 on HumanAct12 (0.5
-        fine-grained, 3.7 on CMU); a separate row shows it. Do not compare rows of the two
-        protocols.
+        fine-grained, 3.7 on CMU); a separate row shows it. With "each" every recording stands for
+        itself once: the reference has a window of it, and a generated clip has its action. This is
+        ACTOR's evaluation (Petrovich et al., ICCV 2021). Do not compare rows of two protocols.
     state : "random" or "zeros"
         First state of the classifier's GRU: random, as in the papers, or zeros, which makes the
         scores deterministic.
@@ -54,7 +56,7 @@ class EvaluationSettings:
 
     clips: int = 3000
     repeats: int = 20
-    labels: Literal["data", "uniform"] = "data"
+    labels: Literal["data", "uniform", "each"] = "data"
     state: State = "random"
     seed: int = 0
     physics_clips: int = 500
@@ -163,7 +165,10 @@ class _Trial:
         sampler, references = ClipSampler(dataset, dataset.length), []
         for repeat in range(repeats):
             generator = np.random.default_rng([settings.seed, repeat, 0])
-            reference, _, _ = sampler.batch(settings.clips, generator)
+            if settings.labels == "each":
+                reference = sampler.windows(_each_clip(dataset, settings, repeat), generator)
+            else:
+                reference, _, _ = sampler.batch(settings.clips, generator)
             references.append(
                 evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[
                     0
@@ -181,7 +186,7 @@ def _measure_row(
     physics: PhysicsMetrics | None = None
     for repeat, real in enumerate(trial.references):
         generator = np.random.default_rng([settings.seed, repeat, 1])
-        motions, labels = _draw(generate, dataset, trial.sampler, settings, generator)
+        motions, labels = _draw(generate, trial, repeat, generator)
         features, predicted = trial.evaluator(motions, state=settings.state, generator=generator)
         values["fid"].append(fid(real, features))
         values["accuracy"].append(accuracy(predicted, labels))
@@ -198,14 +203,24 @@ def _measure_row(
     return Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
 
 
+def _each_clip(dataset: ActionDataset, settings: EvaluationSettings, draw: int) -> IntArray:
+    """Return the clips of a repeat, each once and in random order: all of them or a part."""
+    shuffled: IntArray = np.random.default_rng([settings.seed, draw, 2]).permutation(len(dataset))
+    return shuffled[: settings.clips]
+
+
 def _draw(
-    generate: Generate | None,
-    dataset: ActionDataset,
-    sampler: ClipSampler,
-    settings: EvaluationSettings,
-    generator: np.random.Generator,
+    generate: Generate | None, trial: _Trial, repeat: int, generator: np.random.Generator
 ) -> tuple[FloatArray, IntArray]:
     """Return native motions and labels of one repeat; None returns recorded ones."""
+    dataset, sampler, settings = trial.dataset, trial.sampler, trial.settings
+    if settings.labels == "each":
+        # recordings are compared with another order of the data, as ACTOR's second real set is
+        clips = _each_clip(dataset, settings, repeat + (settings.repeats if not generate else 0))
+        labels = dataset.labels[clips]
+        if generate is None:
+            return dataset.frame.flip(sampler.windows(clips, generator)), labels
+        return generate(labels, dataset.clip_bone_lengths[clips], generator), labels
     if generate is None:
         recordings, labels, _ = sampler.batch(settings.clips, generator)
         return dataset.frame.flip(recordings), labels

@@ -21,7 +21,10 @@ from a2v.lab.evaluation.protocol import (
     report,
 )
 from a2v.lab.evaluation.scores import (
+    METRICS,
+    Scores,
     action_table,
+    actor_table,
     markdown_table,
     physics_table,
     scores_as_dict,
@@ -29,6 +32,8 @@ from a2v.lab.evaluation.scores import (
 )
 from a2v.lab.evaluation.sources import generator_of_families, recorded
 from a2v.motion import MotionModel
+from pipelines.lab.actor_table import make_actor_table
+from pipelines.lab.evaluated import Evaluated
 from tests.support.motions import mirrored
 
 SETTINGS = EvaluationSettings(clips=60, repeats=3, state="zeros")
@@ -83,6 +88,48 @@ def test_the_seed_reproduces_the_table_and_uniform_labels_are_uniform(setting):
         evaluate({"copies": recorded(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2)
     )
     assert [row.values for row in first] == [row.values for row in second]
+
+
+def test_actors_protocol_takes_every_recording_once(setting):
+    dataset, evaluator = setting
+    lopsided = dataset.subset([*range(0, 20, 2), 1, 3])
+    seen = []
+
+    def record(labels, lengths, generator):
+        seen.append(labels.tolist())
+        return recorded(lopsided)(labels, lengths, generator)
+
+    settings = EvaluationSettings(clips=60, repeats=2, state="zeros", labels="each")
+    rows = evaluate({"x": record}, lopsided, evaluator, settings)
+    assert [row.name for row in rows] == ["Real motions", "x"]
+    assert [sorted(labels) for labels in seen] == [sorted(lopsided.labels.tolist())] * 2
+    assert seen[0] != seen[1]  # another order in each repeat
+    assert min(rows[0].values["fid"]) > 0  # other windows than those of the reference
+    seen.clear()
+    part = dataclasses.replace(settings, clips=40)
+    evaluate({"x": record}, dataset.subset([*range(20)] * 3), evaluator, part)
+    assert [len(labels) for labels in seen] == [40, 40]
+
+
+def test_actors_table_has_no_row_of_another_protocol(setting, tmp_path):
+    dataset, evaluator = setting
+    whole = dataclasses.replace(dataset.subset([*range(20)] * 3), name="humanact12")
+    settings = EvaluationSettings(repeats=1, state="zeros")
+    opened = {"still": Evaluated(still(dataset), "0", "")}
+    answer = make_actor_table(tmp_path / "t.md", settings, whole, evaluator, opened)
+    page = (tmp_path / "t.md").read_text(encoding="utf-8")
+    assert "60 of 60 recordings" in page
+    assert "| MDM | 0.100 | 0.990 |" in page
+    assert "glmi" not in page
+    numbers = answer.facts["numbers"]
+    assert list(numbers["scores"]) == ["Real motions", "still"]
+    assert (numbers["protocol"]["labels"], numbers["protocol"]["clips"]) == ("each", 60)
+
+
+def test_the_interval_of_actors_code_is_of_the_variance():
+    values = dict.fromkeys(METRICS, (0.1, 0.3))
+    cell = actor_table([Scores("x", values)]).splitlines()[-1].split(" | ")[1]
+    assert cell == "0.200 ± 0.139 (0.0196)"  # 1.96 · 0.1 / √2, and 1.96 · 0.01
 
 
 def test_a_row_does_not_depend_on_the_others_and_known_rows_are_kept(setting):

@@ -331,6 +331,7 @@ def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys
 
 
 def test_each_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
+    from a2v.formats import read_motion
     from a2v.formats.bvh import write_bvh
     from a2v.lab.datasets import load_dataset
     from a2v.lab.motion.baselines import NAMES
@@ -356,5 +357,16 @@ def test_each_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
     assert all(part in shown for name in NAMES for part in name.split("-"))
     assert main(["survey", *given, "--action", "slow", "--out", str(tmp_path / "rows.png")]) == 2
     assert "give --dataset and --data" in capsys.readouterr().err
-    assert main(["motion", *given[:2], "--action", "slow", "--out", str(tmp_path / "x.npz")]) == 2
-    assert "a2v survey take the baseline.pt" in capsys.readouterr().err
+    for name in NAMES:  # without the data
+        words = ["--model", str(tmp_path / name / "baseline.pt"), "--action", "slow"]
+        assert main(["motion", *words, "--count", "2", "--out", str(tmp_path / "a.npz")]) == 0, name
+    made = read_motion(tmp_path / "a.npz")
+    assert (made.joints.shape, made.fps) == ((2, 89, 20, 3), 30)  # 60 frames at 20 a second
+    assert main(["motion", *words, "--frames", "9", "--out", str(tmp_path / "b.bvh")]) == 0
+    assert read_motion(tmp_path / "b.bvh").frames == 9
+    for words, said in (
+        (["--action", "fast", "--bones", "a.npz"], "bones cannot be given with a baseline"),
+        (["--action", "sing"], "unknown action 'sing'"),
+    ):
+        assert main(["motion", *given[:2], *words, "--out", str(tmp_path / "x.npz")]) == 2
+        assert said in capsys.readouterr().err

@@ -25,6 +25,7 @@ from a2v.lab.motion.baselines.base import Baseline, Batch, Sizes
 from a2v.lab.motion.baselines.cond_gru import CondGRU
 from a2v.lab.motion.baselines.dancing2music import Dancing2Music
 from a2v.lab.motion.baselines.latent_transition import LatentTransition
+from a2v.lab.motion.baselines.starts import kept_starts, read_starts
 from a2v.lab.motion.baselines.two_stage_gan import TwoStageGAN
 from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.types import FloatArray, IntArray
@@ -136,6 +137,7 @@ class BaselineTraining(Training):
         return {
             "model": self.model.state_dict(),
             "baseline": about | {"dataset": self.dataset.name},
+            "starts": kept_starts(self.dataset),
         }
 
     def restore(self, content: Mapping[str, Any]) -> None:
@@ -158,6 +160,9 @@ class TrainedBaseline:
     iterations : int
     sha256 : str
         SHA-256 of its file.
+    starts : ActionDataset or None
+        First poses and skeleton of its file (`read_starts`); None before it has a file, and for
+        files of older versions.
     """
 
     name: str
@@ -167,6 +172,7 @@ class TrainedBaseline:
     dataset_digest: str
     iterations: int
     sha256: str
+    starts: ActionDataset | None = None
 
     @torch.no_grad()
     def generate(
@@ -247,8 +253,12 @@ def load_baseline(path: str | os.PathLike[str]) -> TrainedBaseline:
             str(about["dataset"]),
         )
         made_with = content["made_with"]["dataset_digest"]
+        kept = content.get("starts")
+        starts = None if kept is None else read_starts(kept, facts[2], facts[3])
+        if starts is not None and 3 * starts.skeleton.n_joints != model.sizes.pose:
+            raise ValueError("its first poses have other joints")
     except (KeyError, TypeError, ValueError, RuntimeError, AttributeError):
         raise InputError(
             f"{path} holds no baseline of a2v; give the {FILE} of a2v train baseline"
         ) from None
-    return TrainedBaseline(*facts, made_with, int(content["iteration"]), sha256(path))
+    return TrainedBaseline(*facts, made_with, int(content["iteration"]), sha256(path), starts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import io
 import json
 import os
@@ -66,7 +67,7 @@ class Record:
         InputError
             An array is missing, or has another shape or type than the class documents.
         """
-        hints = get_type_hints(cls)
+        hints = _hints(cls)
         values: dict[str, Any] = {}
         for item in dataclasses.fields(cls):
             name, kind = item.name, _without_none(hints[item.name])
@@ -169,6 +170,9 @@ class Record:
                 f"{type(self).__name__}.{name} has indices {found}; expected {least} to "
                 f"{sizes[below] - 1}"
             )
+
+
+_hints = functools.cache(get_type_hints)
 
 
 def _without_none(hint: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import json
 import re
@@ -18,7 +19,9 @@ from PIL import Image
 
 from a2v.body.second_photo import SIDES
 from a2v.io import sha256
+from a2v.samples import load_ready_person
 from a2v.types import Motion, Subject
+from tests.support.ready_store import fill
 from tests.support.whole_run import FRAMES, OPTIONS, ROOT, SAMPLE, SIZE, VIEWS, whole_run
 
 STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "character")
@@ -257,30 +260,32 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     assert (frame["calls"], frame["remembered"]) == (20, kept)
 
 
-def test_a_killed_run_out_of_the_photo_goes_on_with_pictures_of_an_odd_size(copied_store, tmp_path):
-    """As above, of another shape and backend: 62 pixels, which no tile divides, and the photo cut
-    so that it is higher than wide. The person steps out of it."""
+def test_a_killed_run_out_of_the_photo_goes_on_with_pictures_of_an_odd_size(tmp_path):
+    """As above, of another shape: 62 pixels, which no tile divides, and the photo cut so that it is
+    higher than wide. The ready person steps out of it."""
     from a2v.rendering import read_video
 
-    cut = tmp_path / "high.png"
+    cut, seen = tmp_path / "high.png", load_ready_person().subject
     with Image.open(SAMPLE) as whole:
         wide = whole.width // 6
         high = whole.crop((wide, 0, whole.width - wide, whole.height))
-        high.resize((high.width // 2, high.height // 2)).save(cut)
+        high = high.resize((high.width // 2, high.height // 2))
+        high.save(cut)
+    left, top, right, bottom = seen.crop
+    crop = ((left - wide) // 2, top // 2, (right - wide) // 2, bottom // 2)
+    subject = dataclasses.replace(seen, crop=crop, photo_size=high.size)
+    store = fill(tmp_path / "store", cut, subject).folder
     extra = ["--background", "photo", "--from-photo", "--views", "front", "--size", 62]
-    extra += ["--backend", "body-prior", "--fit.rounds", 1, "--fit.steps", 20]
-    extra += ["--color.texture", 512, "--color.synthesis", "false", "--triangles", 2000]
-    extra += ["--texture", 512, "--normal-map", 0]
-    before = count(copied_store, "photo_frame")
-    process = start(tmp_path / "o", copied_store, 2, *extra, node="photo_frame", photo=cut)
+    process = start(tmp_path / "o", store, 2, *extra, node="photo_frame", photo=cut)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    kept = settled_count(copied_store, "photo_frame") - before
+    kept = settled_count(store, "photo_frame")
     assert 2 <= kept < 10
-    same = ["--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64]
+    same = ["--cache", store, "--seed", 5, "--frames", 10, "--spp", 64]
     execute(tmp_path / "o", *same, *extra, photo=cut)
     nodes = report(tmp_path / "o")["nodes"]
     assert (nodes["photo_frame"]["calls"], nodes["photo_frame"]["remembered"]) == (10, kept)
+    assert nodes["surface"]["remembered"] == nodes["place"]["remembered"] == 1
     frames = np.stack(list(read_video(tmp_path / "o" / "photo.mp4"))).astype(float)
     number, height, width, _ = frames.shape
     assert (number, height, width % 2) == (10, 62, 0)

@@ -11,6 +11,7 @@ rule, also a word or number that most names of a skeleton share.
 
 from __future__ import annotations
 
+import functools
 import re
 import unicodedata
 from collections import Counter
@@ -121,6 +122,7 @@ REQUIRED: tuple[str, ...] = (
 """Canonical joints that a person's skeleton must have."""
 
 
+@functools.lru_cache(maxsize=4096)
 def split_side(name: str) -> tuple[str, str]:
     """Split a joint's name into its side ("left", "right" or "") and its lower-case base name
     without separators."""

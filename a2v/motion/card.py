@@ -148,10 +148,18 @@ def read_card(path: Path) -> StepCard | WindowCard:
         The file is not a motion model of a2v, or an entry is missing, of another type, or out of
         range. The message names file and entry.
     """
-    card = parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
-    if path.parent != WEIGHTS:  # tests check the shipped ones
-        check_graph(card, path)
+    if path.parent == WEIGHTS:  # tests check the graphs of the shipped ones
+        return _shipped_card(path)
+    card = _parsed_card(path)
+    check_graph(card, path)
     return card
+
+
+def _parsed_card(path: Path) -> StepCard | WindowCard:
+    return parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
+
+
+_shipped_card = functools.cache(_parsed_card)
 
 
 def check_graph(card: StepCard | WindowCard, path: Path) -> None:

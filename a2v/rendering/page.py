@@ -11,10 +11,13 @@ import base64
 import csv
 import functools
 import html
+import importlib.util
 import json
 import os
 import re
 import tempfile
+import zipfile
+from importlib import metadata
 from pathlib import Path
 
 from a2v.errors import A2VError, InputError
@@ -39,16 +42,20 @@ def viewer_script() -> str:
     A2VError
         The installed trimesh does not contain this viewer.
     """
-    import trimesh
-    from trimesh.viewer import scene_to_html
-
-    page = scene_to_html(trimesh.Scene(trimesh.creation.box()))
+    # trimesh itself is not imported: that takes half a second
+    found = importlib.util.find_spec("trimesh")
+    folder = Path(found.origin if found and found.origin else ".").parent
+    try:
+        with zipfile.ZipFile(folder / "resources" / "templates" / "viewer.zip") as archive:
+            page = archive.read("viewer.html.template").decode("utf-8")
+    except (OSError, KeyError, zipfile.BadZipFile):
+        page = ""
     end = "THREE.GLTFLoader=GLTFLoader;})();"  # trimesh's own page follows it
     begin, stop = page.find("<script>"), page.find(end)
     if begin < 0 or stop < begin or "AnimationMixer" not in page[begin:stop]:
         raise A2VError(
-            f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install "
-            "trimesh 5.2"
+            f"trimesh {metadata.version('trimesh')} carries no three.js viewer with animation; "
+            "install trimesh 5.2"
         )
     return str(page[begin + len("<script>") : stop + len(end)])
 

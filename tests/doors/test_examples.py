@@ -152,6 +152,9 @@ def test_an_example_runs(line, here, store, monkeypatch):
         words[place + 1 : place + 2] = ["0.2"] if "--frames" not in quick else []
         if "--frames" in quick:
             del words[place]
+    if "--count" in words:
+        words[words.index("--count") + 1] = "2"
+    words = [re.sub(r" for \d s\b", " for 0.2 s", word) for word in words]
     assert main([*words, *quick]) == 0
 
 

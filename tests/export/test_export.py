@@ -29,10 +29,8 @@ SCRIPT = Path(sample_script.__file__)
 
 SMALL = VAESettings(hidden_size=32, latent_size=6)
 VARIANTS = [
-    dataclasses.replace(SMALL, decoder="plain"),
     dataclasses.replace(SMALL, decoder="plain", roots="relative"),
     dataclasses.replace(SMALL, decoder="lie", prior="fixed"),
-    dataclasses.replace(SMALL, decoder="lie", roots="relative", root_rotation=True),
     dataclasses.replace(SMALL, decoder="glmi-m", roots="relative", root_rotation=True),
     dataclasses.replace(SMALL, decoder="glmi-r"),
 ]

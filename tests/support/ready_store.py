@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import os
 from functools import cache
@@ -10,7 +11,7 @@ from typing import Any
 
 from a2v.samples import load_ready_person
 from a2v.samples.ready import PHOTO
-from a2v.types import Reconstruction
+from a2v.types import Reconstruction, Subject
 from pipelines.engine.graph import needed_for
 from pipelines.engine.memo import refs_within
 from pipelines.engine.store import Store
@@ -35,13 +36,16 @@ def ready_folder() -> Path:
     return fill(Path(os.environ["A2V_CACHE"]) / "ready").folder
 
 
-def fill(folder: Path) -> Store:
+def fill(folder: Path, photo: Path = PHOTO, subject: Subject | None = None) -> Store:
     """Write into the store what the pipeline makes of the sample photo at its defaults.
 
-    The calls are remembered under their own keys, so that child processes find them too.
+    The calls are remembered under their own keys, so that child processes find them too. With
+    `subject` they are those of a `photo` that shows the same person elsewhere.
     """
     store, ready = Store(folder), load_ready_person()
-    known: dict[str, Any] = dict(photo_parameters(store, PHOTO))
+    if subject is not None:
+        ready = dataclasses.replace(ready, subject=subject)
+    known: dict[str, Any] = dict(photo_parameters(store, photo))
     shape = Reconstruction(surface=ready.shaded_surface, backend="pifu")
     made = {**ready.outputs, **dict.fromkeys(UNUSED, shape)}
     refs = {name: store.put(value) for name, value in made.items()}

@@ -157,7 +157,7 @@ def test_a_body_becomes_the_names_of_what_is_near():
 def test_the_networks_camera_sees_points_where_ours_does(person, files):
     subject, body, camera = person
     seen = PamirPerson(
-        subject, body, camera, geometry=files["geometry"], texture="", smpl=files["smpl"]
+        subject, body, camera, geometry=files["body"], texture="", smpl=files["smpl"]
     )
     points = body.vertices[::97]
     places = seen.place(points).astype(np.float64)

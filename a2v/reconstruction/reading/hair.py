@@ -23,6 +23,12 @@ _ALIKE = 11.0
 """Largest distance of a pixel of hair from a typical color of the hair, CIELAB units."""
 _SKIN = 0.85
 """A pixel of hair is nearer to the hair than this share of its distance from the skin."""
+_GROWTH = 3
+"""Rounds in which the colors of what was found are those of hair in the next round."""
+_SHADES = 14.0
+"""Largest distance of another shade of the hair from the colors of the crown, CIELAB units."""
+_NEARER = 0.6
+"""Largest ratio of this distance and that from the colors of the clothes."""
 _FEW = 40
 """Smallest number of pixels on the crown."""
 _BELOW = 0.33
@@ -33,6 +39,8 @@ _BESIDE = (0.035, 0.17)
 """Range beside the middle of the neck in which hair hangs, meters."""
 _FROM_CHIN = 0.02
 """Height above the chin from which on hair beside the neck counts, meters."""
+_DOWN = 0.05
+"""Smallest distance below the chin to which it is looked for, meters."""
 _TO_SHOULDER = 0.035
 """Height above the shoulder joints down to which it counts, meters."""
 _WIDE = 0.018
@@ -146,27 +154,45 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     rows, columns = np.ogrid[: mask.shape[0], : mask.shape[1]]
     if crown.sum() < _FEW:
         return None
-    hair = typical_colors(lab[crown])
-    like = palette_distance(lab, hair, SHADE)
+    first = typical_colors(lab[crown])
+    like = palette_distance(lab, first, SHADE)
     cloth = outside & (rows > place.shoulder + _CLOTH[0] * camera.scale)
     cloth &= (rows < place.shoulder + _CLOTH[1] * camera.scale) & (
         np.abs(columns - place.middle) < 0.13 * camera.scale
     )
-    found = outside & (like < _ALIKE) & (like < _SKIN * far_from_skin)
-    found &= rows < place.chin + _BELOW * camera.scale
     clothes = typical_colors(lab[cloth]) if cloth.sum() > _FEW else np.zeros((0, 3))
-    # hair on the chest gives typical colors of "clothes", too
-    clothes = clothes[palette_distance(clothes, hair, SHADE) > _ALIKE] if len(clothes) else clothes
-    like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
     if len(clothes):
-        found &= (like < palette_distance(lab, clothes, SHADE)) | (rows < place.chin)
+        # hair on the chest gives typical colors of "clothes", too, and a hood those of "hair"
+        main = np.median(lab[crown], axis=0)[None]
+        clothes = clothes[palette_distance(clothes, main, SHADE) > _ALIKE]
+    if len(clothes):
+        hood = palette_distance(first, clothes, SHADE) < _ALIKE
+        first = first if hood.all() else first[~hood]
+    like_cloth = bool(cloth.sum() > _FEW and (like[cloth] < _ALIKE).mean() > 0.5)
+    allowed = outside & (rows < place.chin + _BELOW * camera.scale)
     if like_cloth:
-        found &= rows < place.shoulder - _TO_SHOULDER * camera.scale
-    kernel = np.ones((3, 3), np.uint8)
-    found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, kernel)
-    _, label = cv2.connectedComponents(found)
-    held = np.unique(label[crown & (found > 0)])
-    found = (found > 0) & np.isin(label, held[held > 0])
+        allowed &= rows < place.shoulder - _TO_SHOULDER * camera.scale
+    like_clothes = palette_distance(lab, clothes, SHADE) if len(clothes) else None
+    found = crown
+    for _ in range(_GROWTH):  # tips are lighter than roots, and both shades lie side by side
+        shades = typical_colors(lab[found])
+        own = palette_distance(shades, first, SHADE)
+        alike = own < _SHADES
+        if len(clothes):
+            alike &= own < _NEARER * palette_distance(shades, clothes, SHADE)
+        hair = np.concatenate([first, shades[alike]])
+        like = palette_distance(lab, hair, SHADE)
+        found = allowed & (like < _ALIKE) & (like < _SKIN * far_from_skin)
+        if like_clothes is not None:
+            found &= (like < like_clothes) | (rows < place.chin)
+        found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        _, label = cv2.connectedComponents(found)
+        held = np.unique(label[crown & (found > 0)])
+        found = (found > 0) & np.isin(label, held[held > 0])
+        if not found.any():
+            return None
+    neck = np.abs(columns - place.middle) < _BESIDE[0] * camera.scale
+    found &= (rows < place.chin) | ~neck  # its shade has the color of hair
     if not _reaches_down(found, place, camera):
         return None
     bare = ~mask | (far_from_skin < _ALIKE)
@@ -206,7 +232,7 @@ def _reaches_down(found: BoolArray, place: _Place, camera: Camera) -> bool:
     side."""
     low, high = (int(side * camera.scale) for side in _BESIDE)
     first = int(place.chin - _FROM_CHIN * camera.scale)
-    last = int(max(place.shoulder - _TO_SHOULDER * camera.scale, place.chin + 0.02 * camera.scale))
+    last = int(max(place.shoulder - _TO_SHOULDER * camera.scale, place.chin + _DOWN * camera.scale))
     middle = int(place.middle)
     sides = []
     for window in (

@@ -49,6 +49,8 @@ _TEMPLES = 48
 """Row of the chart at the height of the eyes, below which skin in front of the ears has no hair."""
 _EARS = 34
 """Distance of the back of the ears from the middle of the face, columns."""
+_VOLUME = 0.05
+"""Distance from the sides of the head beyond which hair is a volume around the face, meters."""
 _CHIN = (74, 82, 8)
 """First and last row of the chin, and its largest distance from the middle, columns."""
 _BESIDE_HAIR = 0.01
@@ -191,17 +193,19 @@ def _behind_strands(painting: Painting) -> BoolArray:
     """Return the vertices (V,) of cheeks, jaw and neck of a person with a layer of long hair. What
     hair the photo shows there hangs in front of them.
 
-    A beard is hair on them, too: then there are none.
+    A beard is hair on them, too, and an afro lies on them: then there are none.
     """
     canvas, spots = painting.canvas, painting.spots
     result = np.zeros(len(painting.known), bool)
     if canvas is None or canvas.head is None or canvas.hairy is None or spots is None:
         return result
-    places = canvas.head.places
+    places, wide = canvas.head.places, np.abs(canvas.rest[:, 0])
+    if wide[canvas.hairy].max() > wide[canvas.head.outermost & painting.on("head")].max() + _VOLUME:
+        return result
     middle = np.abs(places[:, 0] - WIDTH / 2)
     front = ~spots.scalp | (middle < _EARS)
     result[:] = canvas.head.outermost & front & (places[:, 1] > _TEMPLES)
-    chin = result & painting.main & (places[:, 1] > _CHIN[0]) & (places[:, 1] < _CHIN[1])
+    chin = painting.main & (places[:, 1] > _CHIN[0]) & (places[:, 1] < _CHIN[1])
     chin &= middle < _CHIN[2]
     if chin.any() and _on_hair(painting)[chin].mean() > _BEARD:
         result[:] = False

@@ -2,8 +2,9 @@
 
 Without arguments the commands are listed with the tables that they make. `a2v evaluate` keeps the
 rows of a table's JSON file that have the same weights, data and protocol, so a second run is quick
-and a stopped run can resume. ``--trainings`` lists the commands that train the VAEs that one
-command makes, and the baselines, which are not shipped; ``--model`` adds such weights to a table.
+and a stopped run can resume. ``--trainings`` lists the commands that train the twelve VAEs, of which
+four take several, one after the other, and the baselines, which are not shipped; ``--model`` adds
+such weights to a table.
 """
 
 from __future__ import annotations
@@ -69,25 +70,49 @@ TABLES = (
 
 @dataclass(frozen=True)
 class Training:
-    """The training of a shipped VAE that one command makes, or of a baseline: `words` follow
-    `a2v train`, and all seeds are 0 (docs/results/baselines.md, docs/research/motion-vae.md)."""
+    """The training of a shipped VAE, or of a baseline: `words` follow `a2v train`, and all seeds are
+    0 (docs/results/baselines.md, docs/research/motion-vae.md). It starts from the weights of the
+    training of the same data set that `initial` names."""
 
     name: str
     dataset: str
     words: str
+    initial: str = ""
 
     def command(self, data: str) -> list[str]:
         """The arguments of a2v."""
         kind, *options = self.words.split()
         out = f"runs/{self.dataset}-{self.name}"
         common = f"--threads 1 --seed 0 --dataset {self.dataset} --data {data} --out {out}"
-        return ["train", kind, *options, *common.split()]
+        before = f"--initial runs/{self.dataset}-{self.initial}/checkpoint.pt"
+        return ["train", kind, *options, *(before.split() if self.initial else ()), *common.split()]
 
 
 _VAE = (
     "motion --batch-size 64 --learning-rate 1.5e-3 --schedule cosine --teacher-forcing 0.2 "
     "--kl-end 0.01 --clip-gradient 1"
 )
+_FLAT = f"{_VAE} --kl-start 0.01"  # the weight of the KL term is constant
+_MORE = (
+    "motion --batch-size 64 --learning-rate 2e-3 --schedule cosine --teacher-forcing 0.1 "
+    "--kl-start 0.01 --kl-end 0.01 --clip-gradient 1 --align-weight 0.3"
+)
+
+
+def _in_stages(
+    decoder: str, dataset: str, first: str, *more: int, last: str = ""
+) -> list[Training]:
+    """A training and its continuations from the weights, by their iterations; `last` are options of
+    the last one, which has the name of the decoder alone."""
+    stages = [Training(f"{decoder}-1", dataset, f"{_FLAT} --vae.decoder {decoder} {first}")]
+    for number, iterations in enumerate(more, 2):
+        final = number == len(more) + 1
+        name = decoder if final else f"{decoder}-{number}"
+        words = f"{_MORE} --vae.decoder {decoder} --iterations {iterations}{last if final else ''}"
+        stages.append(Training(name, dataset, words, stages[-1].name))
+    return stages
+
+
 _FAST = "--batch-size 32 --learning-rate 5e-4"
 # (system, options, iterations on HumanAct12, on its fine actions, on CMU)
 _BASELINES = (
@@ -98,6 +123,14 @@ _BASELINES = (
     ("latent-transition", _FAST, 3000, 2000, 3000),
 )
 TRAININGS = (
+    Training("plain", "humanact12", f"{_FLAT} --vae.decoder plain --iterations 4000"),
+    *_in_stages("lie", "humanact12", "--iterations 9000", 3500),
+    Training(
+        "glmi-m",
+        "humanact12",
+        f"{_FLAT} --vae.decoder glmi-m --align-weight 2 --iterations 5500",
+    ),
+    *_in_stages("glmi-r", "humanact12", "--align-weight 10 --iterations 7000", 4000),
     Training("plain", "humanact12-fine", f"{_VAE} --vae.decoder plain --iterations 4000"),
     Training("lie", "humanact12-fine", f"{_VAE} --vae.decoder lie --iterations 3600"),
     Training(
@@ -112,6 +145,16 @@ TRAININGS = (
     ),
     Training("plain", "cmu", f"{_VAE} --vae.decoder plain --iterations 6500 --temperature 1.1"),
     Training("lie", "cmu", f"{_VAE} --vae.decoder lie --iterations 9000 --temperature 1.1"),
+    *_in_stages(
+        "glmi-m",
+        "cmu",
+        "--align-weight 2 --iterations 5000",
+        *(3300, 3200, 2300),
+        last=" --temperature 1.05",
+    ),
+    *_in_stages(
+        "glmi-r", "cmu", "--align-weight 10 --iterations 4000", 5500, last=" --temperature 1.05"
+    ),
     *(
         Training(
             name, dataset, f"baseline --name {name} {options} --iterations {iterations[index]}"
@@ -142,7 +185,7 @@ def main() -> int:
     parser.add_argument(
         "--trainings",
         action="store_true",
-        help="list the trainings of the VAEs that one command makes, and of the baselines",
+        help="list the trainings of the VAEs and of the baselines",
     )
     options = parser.parse_args()
     if options.trainings:

@@ -49,7 +49,15 @@ def test_every_training_is_listed_and_can_begin() -> None:
     assert len(commands) == len(TRAININGS)
     for words in commands:
         parsed(words)
-    assert len({out for words in commands for out in after(words, "--out")}) == len(commands)
+    outs = [out for words in commands for out in after(words, "--out")]
+    assert len(set(outs)) == len(commands)
+    for at, words in enumerate(commands):  # each begins with weights that were trained before
+        assert {Path(path).parent.as_posix() for path in after(words, "--initial")} <= set(
+            outs[:at]
+        )
+    vaes = {name for name in BUNDLED if name.endswith(("-plain", "-lie", "-glmi-m", "-glmi-r"))}
+    assert len(vaes) == 12
+    assert vaes <= {Path(out).name for out in outs}
 
 
 @pytest.mark.parametrize("more", [["--only", "cmu", "--model", "mine.onnx"], ["--clips", "500"]])

@@ -16,6 +16,9 @@ EXAMPLES = """examples:
   a2v data cmu --data ../shared/data
   a2v data humanact12 --data HumanAct12.zip
   a2v data cmu --data ../shared/data --full CMU             CMU's whole data base: CMU/01/01.asf, CMU/01/01_01.amc or .bvh...
+  a2v data babel --data AMASS                               AMASS/CMU/01/01_01_poses.npz... and AMASS/train.json; also amass
+  a2v data humanml3d --data HumanML3D                       new_joints/*.npy and texts/*.txt
+  a2v data 100style --data 100STYLE                         Aeroplane/Aeroplane_FW.bvh... and Frame_Cuts.csv
   a2v data bvh --data my_actions                            my_actions/walk/*.bvh, my_actions/jump/*.bvh...
   a2v data bvh --data my_actions --bvh.fps 30 --bvh.units centimeters"""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from a2v.errors import InputError
-from a2v.lab.datasets import DATASETS, ActionDataset, load_dataset
+from a2v.lab.datasets import DATASETS, PUBLISHED, ActionDataset, load_dataset
 from a2v.lab.datasets.bvh_folder import BVHFolderSettings
 from pipelines.bar import bar
 from pipelines.options import option, settings
@@ -56,7 +56,7 @@ def open_dataset(
         with bar("read", "file") as progress:
             return load_cmu_full(full, data, progress=progress)
     given = bvh if name == "bvh" or bvh != BVHFolderSettings() else None
-    with bar("read", "file", hidden=name != "bvh") as progress:
+    with bar("read", "file", hidden=name not in ("bvh", *PUBLISHED)) as progress:
         return load_dataset(name, data, bvh=given, progress=progress)
 
 

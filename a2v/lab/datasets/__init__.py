@@ -15,7 +15,9 @@ from a2v.types import Progress
 if TYPE_CHECKING:
     from a2v.lab.datasets.bvh_folder import BVHFolderSettings
 
-DATASETS = ("humanact12", "humanact12-fine", "cmu", "cmu-fine", "ntu_vibe", "bvh")
+PUBLISHED = ("amass", "babel", "humanml3d", "100style")
+"""Sets that are read by their published layouts (`a2v.lab.datasets.published`)."""
+DATASETS = ("humanact12", "humanact12-fine", "cmu", "cmu-fine", "ntu_vibe", *PUBLISHED, "bvh")
 
 
 def load_dataset(
@@ -35,7 +37,7 @@ def load_dataset(
     bvh : BVHFolderSettings
         Rate, window, units and axis ("bvh" only).
     progress : Progress
-        Called after each file ("bvh" only; the others load in seconds).
+        Called after each file of "bvh", and each clip of `PUBLISHED`; the others load in seconds.
 
     Raises
     ------
@@ -50,6 +52,10 @@ def load_dataset(
         raise InputError(
             f"{name} has a fixed rate, length and unit; settings of them are for 'bvh' only"
         )
+    if name in PUBLISHED:
+        from a2v.lab.datasets.published import LOADERS
+
+        return LOADERS[name](path, progress=progress)
     if name == "cmu":
         return load_cmu(path)
     if name == "cmu-fine":

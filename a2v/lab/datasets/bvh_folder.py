@@ -99,7 +99,7 @@ def load_bvh_folder(
             if name.lower().endswith(".bvh"):
                 units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
         else:
-            _demand_same_joints(motion, where, first)
+            demand_same_joints(motion, where, first)
         joints = check_joints(motion.joints, len(motion.parents), where)
         clips.append(Clip(joints=joints, action=actions.index(action), name=clip, subject=subject))
         if progress is not None:
@@ -108,7 +108,7 @@ def load_bvh_folder(
     return ActionDataset.from_clips(
         clips,
         name="bvh",
-        skeleton=_skeleton(first[1]),
+        skeleton=skeleton_of_file(first[1]),
         actions=actions,
         fps=settings.fps,
         length=settings.frames,
@@ -166,8 +166,14 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     return clips
 
 
-def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -> None:
-    """Check that all files of a set have the same joints."""
+def demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -> None:
+    """Check that a file of a set has the joints of the `first` one (its name and motion).
+
+    Raises
+    ------
+    InputError
+        It has others.
+    """
     wanted, found = first[1], motion
     if found.joint_names == wanted.joint_names and np.array_equal(found.parents, wanted.parents):
         return
@@ -186,7 +192,7 @@ def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -
     )
 
 
-def _skeleton(motion: Motion) -> Skeleton:
+def skeleton_of_file(motion: Motion) -> Skeleton:
     """Return the known skeleton of that name, or a new one with the rest pose of the file."""
     if motion.skeleton in SKELETONS:
         return SKELETONS[motion.skeleton]

@@ -15,18 +15,18 @@ from tests.support.doors import reduced, write_files
 from tests.support.ready_store import ready_folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def store() -> Store:
     return Store(ready_folder())
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def small(store: Store) -> a2v.Person:
     """The ready person with few triangles, so that files are written quickly."""
     return a2v.make_character(PHOTO, cache=store.folder, triangles=2000, texture=512, normal_map=0)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def few(small: a2v.Person, store: Store) -> Ref[Character]:
     """The same with few vertices in its videos too."""
     return reduced(small, store)

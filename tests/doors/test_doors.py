@@ -48,6 +48,7 @@ CHILDREN: tuple[Asked, ...] = (
 )
 """Prompts that child processes of ``a2v video`` make whole, with two small frames."""
 TINY = ["--frames", 2, "--views", "front", "--size", 64, "--spp", 1, "--denoise", "false"]
+TINY += ["--triangles", 2000, "--texture", 512, "--normal-map", 0]  # as `small`
 
 
 def name_of(asked: Asked) -> str:

@@ -67,12 +67,14 @@ SMALL = {
     '"out/me")': '"out/me", size=64, spp=1)',
 }
 """What makes a Python block quick."""
-FILM = "--frames 1 --views front --size 64 --spp 1 --denoise false --executor serial --quiet"
+LIGHT = "--triangles 2000 --texture 512 --normal-map 0 --quiet"
+"""Of exports: those of the person `small`, which the store knows."""
+FILM = f"--frames 1 --views front --size 64 --spp 1 --denoise false --executor serial {LIGHT}"
 QUICK = {
     "video": FILM,
     "batch": FILM,
-    "character": "--frames 2 --triangles 8000 --texture 512 --normal-map 0 --quiet",
-    "reconstruct": "--triangles 8000 --texture 512 --normal-map 0 --quiet",
+    "character": f"--frames 2 {LIGHT}",
+    "reconstruct": LIGHT,
     "retarget": "--frames 2",
 }
 """Options that make a command quick; the last one given counts."""
@@ -126,7 +128,7 @@ def here(tmp_path_factory: pytest.TempPathFactory, store: Store) -> Path:
     (folder / "jobs.yaml").write_text("- {photo: me.jpg, action: Walk, seed: 4}\n")
     (folder / "my-cache").symlink_to(store.folder)
     me = a2v.make_character(
-        folder / "me.jpg", cache=store.folder, triangles=8000, texture=512, normal_map=0
+        folder / "me.jpg", cache=store.folder, triangles=2000, texture=512, normal_map=0
     )
     me.save(folder / "theirs.glb")
     me.save(folder / "dance.glb", {"Spin": a2v.make_motion("Spin dance", seconds=1)})

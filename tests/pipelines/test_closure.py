@@ -7,6 +7,7 @@ import functools
 import os
 import shutil
 import textwrap
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,8 +29,8 @@ _NO_NODES = (
 """Pages, an add-on, and looks, which are arguments of nodes: no node's result depends on these
 files."""
 RUNS = " (what it runs)"
-SHARES = 3
-"""Each node has every third file of its closure edited, nodes by turns other ones."""
+SHARES = 6
+"""Each file is edited for the first node whose closure has it, and for every sixth one."""
 STEPS = {
     step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)
 }
@@ -67,8 +68,28 @@ def own_file(step: Step, root: Path) -> Path:
     return root.joinpath(*step.node.function.__module__.split(".")).with_suffix(".py")
 
 
+@pytest.fixture(scope="module")
+def edits(tree: Path) -> dict[str, list[Path]]:
+    """By node: the files that are edited for it."""
+    found: dict[str, list[Path]] = {name: [] for name in STEPS}
+    times = Counter[str]()
+    for name, step in sorted(STEPS.items()):
+        for label in Sources(tree).closure(own_file(step, tree), name):
+            if not label.endswith(RUNS):
+                if times[label] % SHARES == 0:
+                    found[name].append(tree / label)
+                times[label] += 1
+    return found
+
+
 def digest(root: Path, step: Step) -> str:
     return Sources(root).digest(own_file(step, root), step.node.name)
+
+
+@pytest.fixture(scope="module")
+def before(tree: Path) -> dict[str, str]:
+    """The digest of each node in the unchanged tree."""
+    return {name: digest(tree, step) for name, step in STEPS.items()}
 
 
 class Edited:
@@ -88,7 +109,9 @@ class Edited:
 
 
 @pytest.mark.parametrize("name", sorted(STEPS))
-def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_not(tree, name):
+def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_not(
+    tree, edits, name
+):
     step = STEPS[name]
     own, before = own_file(step, tree), digest(tree, step)
     assert before == step.node.code(), "of this installation"
@@ -98,8 +121,7 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         with Edited(tree / label.removesuffix(RUNS), line=b"print()"):
             assert digest(tree, step) != before, label
     assert tree / "a2v" / "types.py" in reached
-    turn = sorted(STEPS).index(name) % SHARES
-    for path in (path for path in reached[turn::SHARES] if path != own):
+    for path in (path for path in edits[name] if path != own):
         with Edited(path):
             assert digest(tree, step) != before, path
     with Edited(
@@ -164,8 +186,7 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         ("pipelines/cli.py", set(), set(STEPS)),
     ],
 )
-def test_what_an_edit_of_a_file_makes_new(tree, file, changed, kept):
-    before = {name: digest(tree, step) for name, step in STEPS.items()}
+def test_what_an_edit_of_a_file_makes_new(tree, before, file, changed, kept):
     with Edited(tree / file):
         after = {name: digest(tree, step) for name, step in STEPS.items()}
     assert changed <= {name for name in STEPS if after[name] != before[name]}

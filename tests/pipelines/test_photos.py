@@ -105,7 +105,8 @@ def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_kn
         Store(tmp_path),
         {
             "backend": "body-prior",
-            "fit.rounds": 3,
+            "fit.rounds": 1,
+            "fit.steps": 20,
             "fit.starts": 0,
             "color.texture": 256,
             "color.synthesis": False,

@@ -35,6 +35,7 @@ def resident_memory(frames: int) -> list[int]:
     )
     cameras = follow_cameras(bounds, settings)
     process, resident = psutil.Process(), []
+    gc.freeze()  # what is there already is not looked through after every frame
     for frame, transforms in enumerate(moves):
         renderer.render(deformer(transforms), cameras["left"][frame])
         if frame >= 9:

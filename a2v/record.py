@@ -67,7 +67,7 @@ class Record:
         InputError
             An array is missing, or has another shape or type than the class documents.
         """
-        hints = _hints(cls)
+        hints = _hints(cls)  # type: ignore[arg-type]  # mypy takes classes for unhashable
         values: dict[str, Any] = {}
         for item in dataclasses.fields(cls):
             name, kind = item.name, _without_none(hints[item.name])

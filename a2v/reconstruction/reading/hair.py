@@ -173,14 +173,15 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     if like_cloth:
         allowed &= rows < place.shoulder - _TO_SHOULDER * camera.scale
     like_clothes = palette_distance(lab, clothes, SHADE) if len(clothes) else None
-    found = crown
-    for _ in range(_GROWTH):  # tips are lighter than roots, and both shades lie side by side
-        shades = typical_colors(lab[found])
-        own = palette_distance(shades, first, SHADE)
-        alike = own < _SHADES
-        if len(clothes):
-            alike &= own < _NEARER * palette_distance(shades, clothes, SHADE)
-        hair = np.concatenate([first, shades[alike]])
+    hair, found = first, crown
+    # tips are lighter than roots, and both shades lie side by side; without the colors of clothes
+    # a collar could be such a shade
+    for number in range(_GROWTH if len(clothes) else 1):
+        if number:
+            shades = typical_colors(lab[found])
+            own = palette_distance(shades, first, SHADE)
+            alike = own < np.minimum(_SHADES, _NEARER * palette_distance(shades, clothes, SHADE))
+            hair = np.concatenate([first, shades[alike]])
         like = palette_distance(lab, hair, SHADE)
         found = allowed & (like < _ALIKE) & (like < _SKIN * far_from_skin)
         if like_clothes is not None:

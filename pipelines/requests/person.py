@@ -132,6 +132,19 @@ class PersonStages:
         choices=("canonical", "fused"),
         metavar="KIND",
     )
+    legs: str = option(
+        "clothes on legs that the photo's lower edge cuts off, if it shows nothing of them",
+        default="trousers",
+        choices=("trousers", "shorts", "skirt"),
+        metavar="KIND",
+        rare=True,
+    )
+    legs_color: str = option(
+        "their color as six hex digits, such as 803020 (default: dark blue)",
+        default="",
+        metavar="HEX",
+        rare=True,
+    )
     color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
     without: str = option(
         "rules of reading and coloring to leave out, separated by commas, to see what they do "
@@ -190,7 +203,11 @@ class PersonStages:
             "body_model": body_model_file(self.fit.model),
             "shape": self.reconstruction,
         }
-        figure = CharacterSettings(kind="canonical" if self.character == "canonical" else "fused")
+        figure = CharacterSettings(
+            kind="canonical" if self.character == "canonical" else "fused",
+            legs=self.legs,  # type: ignore[arg-type]  # checked by the class
+            legs_color=self.legs_color,
+        )
         engine = EngineSettings(
             triangles=self.triangles,
             texture=self.texture,

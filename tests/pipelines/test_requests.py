@@ -29,6 +29,8 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
     "readers.without": "find_gloves",
     "face.features": "model",
+    "legs_color": "803020",
+    "figure.legs_color": "803020",
     "without": "find_gloves,delight",
     "color.without": "delight",
     "action": "Jump",

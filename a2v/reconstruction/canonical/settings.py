@@ -43,10 +43,10 @@ class CharacterSettings:
         if self.kind not in ("canonical", "fused"):
             raise InputError(f"character is '{self.kind}'; choose canonical or fused")
         if self.legs not in ("trousers", "shorts", "skirt"):
-            raise InputError(f"character.legs is '{self.legs}'; choose trousers, shorts or skirt")
+            raise InputError(f"legs is '{self.legs}'; choose trousers, shorts or skirt")
         if self.legs_color and not re.fullmatch("[0-9a-fA-F]{6}", self.legs_color):
             raise InputError(
-                f"character.legs_color is '{shorten(self.legs_color, 20)}'; expected six hex "
+                f"legs_color is '{shorten(self.legs_color, 20)}'; expected six hex "
                 "digits, such as 343a4c"
             )
         for name in ("smoothing", "near"):

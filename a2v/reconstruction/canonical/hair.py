@@ -22,8 +22,8 @@ from a2v.reconstruction.canonical.hair_outline import (
 from a2v.reconstruction.canonical.layers import Layer, closed_faces
 from a2v.reconstruction.canonical.strands import (
     COLUMNS,
-    FRONT,
     STEPS,
+    TEMPLES,
     HairlessPerson,
     HairSolid,
     bound,
@@ -57,7 +57,7 @@ def under_hair(rest: FloatArray, parts: IntArray, normals: FloatArray) -> BoolAr
     hair: ears, nape and the sides of the neck. There the surface is hair, and not skin."""
     top, middle = head_place(rest, parts)
     ahead = rest[:, 2] - middle
-    beside = np.abs(np.degrees(np.arctan2(rest[:, 0], ahead))) > FRONT - 4
+    beside = np.abs(np.degrees(np.arctan2(rest[:, 0], ahead))) > TEMPLES - 4
     head = on_parts(parts, "head") & beside & (rest[:, 1] < top - _EARS)
     return np.asarray(head | (on_parts(parts, "neck") & (normals[:, 2] < 0.6)))
 

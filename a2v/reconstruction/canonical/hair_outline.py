@@ -13,6 +13,7 @@ from a2v.reconstruction.canonical.strands import (
     FRONT,
     STEP,
     STEPS,
+    TEMPLES,
     TUCKED,
     HairlessPerson,
     angles,
@@ -35,6 +36,8 @@ _NEAR = 0.012
 """Radius around a place within which pixels decide whether there is hair, meters."""
 _SHOWS = 0.12
 """Share of pixels of hair below which a visible place is not hair."""
+_ON_FACE = 0.5
+"""The same for strands before the temples, which must not lie on the face."""
 _GAP = 4
 """Number of successive visible places without hair that end a strand."""
 _LONG = 0.17
@@ -75,6 +78,7 @@ def to_outline(posed: FloatArray, beside: FloatArray, seen: HairSeen, camera: Ca
         even = gaussian_filter1d(even, _SMOOTH / STEP, mode="nearest")
         turned = np.clip(side * aside.reshape(STEPS, COLUMNS), 0.0, 1.0)
         share = turned**2 * np.clip(away / away.max(axis=1, keepdims=True), 0.0, 1.0)
+        share = share * smoothstep(around, TEMPLES - 15, TEMPLES)  # no strand stands off a cheek
         total += share * even[:, None] / np.maximum(turned, 0.5)
         weight += share
     both = total + 0.5 * total[:, ::-1], weight + 0.5 * weight[:, ::-1]
@@ -137,17 +141,18 @@ def strand_ends(
     """
     from scipy.ndimage import gaussian_filter1d, median_filter
 
-    shown, bare = shown.reshape(STEPS, COLUMNS), (hair < _SHOWS).reshape(STEPS, COLUMNS)
+    around = np.minimum(angles(), 360 - angles())
+    behind, before = ~free & (around > _BEHIND), around < TEMPLES
+    shown, hair = shown.reshape(STEPS, COLUMNS), hair.reshape(STEPS, COLUMNS)
+    bare = hair < np.where(before, _ON_FACE, _SHOWS)
     low = grid[..., 1] < base + 0.09  # from the jaw down
     ends, told = np.full(COLUMNS, np.nan), np.zeros(COLUMNS, bool)
-    around = angles()
-    behind = ~free & (np.minimum(around, 360 - around) > _BEHIND)
     for column in np.flatnonzero(~behind):
         run = 0
-        for step in np.flatnonzero(low[:, column]):
+        for step in np.flatnonzero(low[:, column] | before[column]):
             run = run + 1 if shown[step, column] and bare[step, column] else 0
             if run == _GAP:
-                ends[column], told[column] = step - _GAP, True
+                ends[column], told[column] = max(step - _GAP, 0), True
                 break
     twin = ends[::-1]
     visible = (shown & low).any(axis=0)
@@ -162,7 +167,8 @@ def strand_ends(
     ends = np.where(np.isfinite(ends), ends, usual)
     moving = np.linalg.norm(np.diff(grid, axis=0), axis=2) > 0.2 * STEP
     ends = median_filter(np.minimum(ends, moving.sum(axis=0)), 11, mode="nearest")
-    return np.asarray(np.clip(gaussian_filter1d(ends, _EVEN, mode="nearest"), 8, STEPS - 1))
+    ends = gaussian_filter1d(ends, _EVEN, mode="nearest")
+    return np.asarray(np.clip(ends, np.where(before, 1, 8), STEPS - 1))
 
 
 def resampled(grid: FloatArray, ends: FloatArray, count: int) -> FloatArray:

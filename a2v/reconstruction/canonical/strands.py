@@ -13,10 +13,13 @@ from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.types import Body, FloatArray, IntArray
 
-COLUMNS = 97
-"""Number of strands, from the left temple around the back of the head to the right one."""
-FRONT = 48.0
+COLUMNS = 121
+"""Number of strands, from the left side of the forehead around the back of the head to the right
+one."""
+FRONT = 18.0
 """Angle of the foremost strands from straight ahead, degrees."""
+TEMPLES = 48.0
+"""Angle of the temples. Strands before them are only where the photo shows hair."""
 RING = 0.062
 """Depth of the strands' roots below the top of the head, meters."""
 TUCKED = 0.07

@@ -21,7 +21,7 @@ from a2v.reconstruction.canonical.hair import (
     hair_twins,
     strand_numbers,
 )
-from a2v.reconstruction.canonical.strands import COLUMNS
+from a2v.reconstruction.canonical.strands import COLUMNS, TEMPLES, angles
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.coloring.atlas import padded_layout
 from a2v.reconstruction.coloring.canvas import Canvas
@@ -89,6 +89,8 @@ def test_long_hair_is_a_closed_layer_outside_the_body(standing: Standing) -> Non
         skin, faces, vertex_normals(skin, faces), RayScene(skin, faces.astype(np.int32)), hair
     )
     below = np.arange(COUNT) % (ROWS * COLUMNS) >= 10 * COLUMNS  # roots lie within the head
+    before = np.minimum(angles(), 360 - angles()) < TEMPLES + 8  # and short strands altogether
+    below &= ~np.tile(before, COUNT // COLUMNS)
     assert np.quantile(away[below], 0.01) > -0.003
     assert away.max() < 0.15
     outside = hair[: ROWS * COLUMNS].reshape(ROWS, COLUMNS, 3)
@@ -117,7 +119,8 @@ def test_no_turn_of_the_head_tears_the_hair(
     assert np.abs(moved - still).max() > 0.05
     long = _edges(moved, faces)
     assert not ((long > 0.04) & (long > 3 * _edges(still, faces))).any()
-    assert np.quantile(long, 0.999) < 0.04
+    # a strand that ends on the face is beside a long one
+    assert np.quantile(long, 0.999) < max(0.04, 1.5 * np.quantile(_edges(still, faces), 0.999))
 
 
 def _edges(vertices: FloatArray, faces: FloatArray) -> FloatArray:

@@ -17,11 +17,13 @@ import torch
 from a2v.errors import InputError
 from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
 from a2v.lab.motion.networks import DECODERS, VAESettings
+from a2v.lab.motion.training import TrainSettings, start
 from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import MotionModel
 from a2v.types import Motion
 from export import sample as sample_script
 from export.motion import cool, export_motion
+from export.reread import exported_weights, write_start
 from tests.support.motions import waving
 
 SCRIPT = Path(sample_script.__file__)
@@ -64,6 +66,27 @@ def test_onnx_equals_pytorch_on_the_same_noise(exported, batch, frames):
         torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)
     ).joints.numpy()
     assert np.abs(joints - expected).max() < 1e-4
+
+
+@pytest.mark.parametrize("exported", [VARIANTS[-1]], indirect=True, ids=["glmi-r absolute learned"])
+def test_an_export_gives_its_weights_back(exported, tmp_path):
+    model, onnx_model = exported
+    dataset, begun = waving(), MotionVAE(waving().skeleton, 2, model.settings)
+    weights = exported_weights(onnx_model.path, dataset, model.settings)
+    begun.load_state_dict(weights)
+    for name, weight in model.state_dict().items():
+        own = name.replace("posterior.", "prior.")  # an export has none: it begins as the prior
+        assert torch.equal(weights[name], weight if own == name else model.state_dict()[own]), name
+    path = write_start(onnx_model.path, tmp_path, dataset, model.settings)
+    settings = TrainSettings(initial=str(path), batch_size=2, threads=1, device="cpu")
+    again = start(dataset, model.settings, settings).model.state_dict()
+    assert all(torch.equal(again[name], weight) for name, weight in weights.items())
+    other = dataclasses.replace(model.settings, hidden_size=16)
+    with pytest.raises(InputError, match="has other layers than this training"):
+        exported_weights(onnx_model.path, dataset, other)
+    (tmp_path / "x.onnx").write_bytes(b"text")
+    with pytest.raises(InputError, match="not a motion model"):
+        exported_weights(tmp_path / "x.onnx", dataset, model.settings)
 
 
 def test_the_loop_repeats_nothing_that_the_weights_alone_decide(exported):

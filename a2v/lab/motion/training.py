@@ -71,8 +71,8 @@ class TrainSettings(RunSettings):
         Largest norm of the gradient; 0 for no limit, as in the paper.
     initial : str
         ``checkpoint.pt`` of another run, whose weights the training begins with (a restart with
-        other settings); empty for drawn weights. The shipped .onnx files lack the posterior, which
-        training needs.
+        other settings); empty for drawn weights. `a2v train motion` takes an exported .onnx too
+        (`export.reread`), whose posterior begins as the prior.
     """
 
     iterations: int = 50_000

@@ -150,8 +150,7 @@ def read_card(path: Path) -> StepCard | WindowCard:
     """
     if path.parent == WEIGHTS:  # tests check the graphs of the shipped ones
         return _shipped_card(path)
-    card = _parsed_card(path)
-    check_graph(card, path)
+    check_graph(card := _parsed_card(path), path)
     return card
 
 
@@ -217,28 +216,22 @@ def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard
     common = _common(entries)
     if entries.text("format") == STEP_FORMAT:
         hidden = entries.integer("hidden_size", high=_LARGEST_SIZE)
-        if "temperature" not in entries.entries:
-            return StepCard(**common, hidden_size=hidden)
-        factor = entries.number("temperature", low=1e-3, high=2)
+        free = "temperature" in entries.entries
+        factor = entries.number("temperature", low=1e-3, high=2) if free else StepCard.temperature
         return StepCard(**common, hidden_size=hidden, temperature=factor)
     window = entries.integer("window_frames")
     by_action = entries.items("active", length=len(common["actions"]))
     active = tuple(by_action.numbers(name, low=0, high=1) for name in by_action.entries)
+    count = len(by_action.entries) if "headings" in entries.entries else 0
+    turned = entries.items("headings", length=count) if count else _Entries({}, path)
     return WindowCard(
         **common,
         window_frames=window,
         context_frames=entries.integer("context_frames", high=max(window - 1, 1)),
         active=active,
-        headings=_headings(entries, len(common["actions"])),
+        headings=tuple(turned.numbers(name, low=-3.2, high=3.2) for name in turned.entries),
         steerable=entries.flag("steerable"),
     )
-
-
-def _headings(entries: _Entries, actions: int) -> tuple[FloatArray, ...]:
-    if "headings" not in entries.entries:
-        return ()
-    by_action = entries.items("headings", length=actions)
-    return tuple(by_action.numbers(name, low=-3.2, high=3.2) for name in by_action.entries)
 
 
 def _texts_by_action(entries: _Entries, name: str, actions: int) -> tuple[tuple[str, ...], ...]:

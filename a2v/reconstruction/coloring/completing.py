@@ -53,7 +53,7 @@ _VOLUME = 0.05
 """Distance from the sides of the head beyond which hair is a volume around the face, meters."""
 _CHIN = (74, 82, 8)
 """First and last row of the chin, and its largest distance from the middle, columns."""
-_BESIDE_HAIR = 0.01
+_BESIDE_HAIR = 0.003
 """Distance from hair that hangs before a cheek within which its pixels are not skin, meters."""
 _BEARD = 0.3
 """Share of the chin with the colors of the hair from which on there is a beard."""

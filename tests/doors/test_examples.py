@@ -39,7 +39,7 @@ EXCUSED = {
     r"\.usdz|\.fbx": "needs optional packages; tests/formats",
     r"--page": "needs a package of npm; tests/motion/test_page.py",
     r"meshopt": "needs npm; tests/formats",
-    r"runs/mine/": "needs a trained model; tests/test_train_command.py",
+    r"runs/mine/|baseline\.pt": "needs a trained model; tests/test_train_command.py",
     r"kick\.txt": "needs a DeepMimic file; tests/formats",
     r"--from body": "computes the person again, a minute; tests/pipelines/test_engine.py",
     r"^a2v doctor": "tests/test_doctor.py",

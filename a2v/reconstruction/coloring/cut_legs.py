@@ -11,7 +11,9 @@ from a2v.reconstruction.backs.seen import FOOT_PARTS, HANDS, LEG_PARTS, LOWER, S
 from a2v.reconstruction.coloring.painting import Painting
 
 _LOWER_COLOR = "343a4c"
+"""Color of trousers that nobody has chosen, sRGB: dark blue."""
 _SHOE_COLOR = "3a3634"
+"""Color of shoes that the photo does not show, sRGB."""
 _BARE = 0.5
 """Share of skin in the visible part of the legs from which on they are bare."""
 _BELOW = 0.9
@@ -33,6 +35,7 @@ def dress_cut_legs(painting: Painting) -> Painting:
     legs, shins = on_parts(parts, *LEG_PARTS), on_parts(parts, "left_shin", "right_shin")
     if below[shins].mean() < _BELOW:
         return painting
+    below &= ~evidence.known  # another photo may show them
     labels[below & on_parts(parts, *FOOT_PARTS)] = SHOES
     labels[below & on_parts(parts, *HANDS)] = SKIN
     kind = painting.surface.provenance.get("legs", "trousers")

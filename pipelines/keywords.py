@@ -48,6 +48,8 @@ class PersonKeywords(TypedDict, total=False):
     hands: HandSettings | Mapping[str, object]
     face: FaceSettings | Mapping[str, object]
     character: Literal["canonical", "fused"]
+    legs: Literal["trousers", "shorts", "skirt"]
+    legs_color: Text
     color: ColorSettings | Mapping[str, object]
     without: Text
     bind: BindSettings | Mapping[str, object]

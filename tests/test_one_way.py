@@ -34,6 +34,7 @@ OUR_OWN = {
     "a2v/lab/studio/makehuman/assets.py:bytes": "in an archive; its size is checked",
     "a2v/npm.py:_version": "in npm's folder of packages",
     "a2v/rendering/page.py:_visemes": "in our wheel",
+    "a2v/rendering/page.py:viewer_script": "in trimesh's wheel",
     "a2v/rendering/show.py:show": "just written, in a temporary folder",
     "a2v/rendering/video.py:write_within": "just written, in a temporary folder",
     "a2v/system.py:peak": "of the kernel",

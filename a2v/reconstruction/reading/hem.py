@@ -273,7 +273,7 @@ def flares(subject: Subject, body: Body, camera: Camera, end: float) -> bool:
     for sign, column in ((-1, pixels[:, 0].min()), (1, pixels[:, 0].max())):
         row = int(np.clip(pixels[np.abs(pixels[:, 0] - column).argmin(), 1], 0, len(mask) - 1))
         line = mask[row, int(np.clip(column, 0, mask.shape[1] - 1)) :: sign]
-        found.append(len(line) if line.all() else int(line.argmin()))
+        found.append(0 if line.all() else int(line.argmin()))  # the picture may cut it off
     return min(found) > _FLARE * camera.scale
 
 

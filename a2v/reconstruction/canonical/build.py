@@ -87,8 +87,10 @@ def canonical_person(
         The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
-    if settings.legs == "skirt":
+    given, legs = sight, settings.legs
+    if legs == "skirt":
         sight = in_skirt(sight)
+        legs = "trousers" if sight is given else legs  # the photo shows a skirt, or legs
     reading = sight.reading
     bare = reading.bare_feet
     sights, shown, laid, poses, shod, covers = _shod(
@@ -120,7 +122,7 @@ def canonical_person(
         "small_face": laid.small,
         "turned_face": laid.averted,
         "features": laid.features,
-        "legs": settings.legs,
+        "legs": legs,
         "legs_color": settings.legs_color,
     } | ({"photos": len(sights), "face_photo": shown} if others else {})
     surface = Surface(

@@ -47,7 +47,8 @@ def dress_cut_legs(painting: Painting) -> Painting:
         labels[own] = np.where(height[own] > hem, LOWER, SKIN)
     else:
         labels[own & legs] = SKIN
-        labels[below & loose] = LOWER
+        if kind == "skirt":
+            labels[below & loose] = LOWER
     colors = evidence.colors.copy()
     chosen = painting.surface.provenance.get("legs_color") or _LOWER_COLOR
     for material, code in ((LOWER, chosen), (SHOES, _SHOE_COLOR)):

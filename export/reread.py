@@ -7,23 +7,21 @@ network whose weights are serial numbers is exported, and each number tells wher
 from __future__ import annotations
 
 import copy
-import json
 import math
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import onnx
 import torch
 from onnx import numpy_helper
 from torch import Tensor
 
 from a2v.errors import InputError
-from a2v.io import atomic_path, read_bytes
+from a2v.io import atomic_path
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
+from a2v.lab.untracing import read_described
 from a2v.motion.card import StepCard, parse_card
 from export.motion import sequence_model
 
@@ -113,10 +111,7 @@ def write_start(
 def _stored(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], float]:
     """Return the arrays of a file by their names before storage, and its temperature."""
     try:
-        proto = onnx.load_model_from_string(read_bytes(path, limit=MAX_BYTES))
-        said: Any = json.loads(
-            next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
-        )
+        proto, said = read_described(path, limit=MAX_BYTES)
         arrays = {
             item.name.removesuffix("_half"): numpy_helper.to_array(item).astype(np.float32)
             for item in proto.graph.initializer

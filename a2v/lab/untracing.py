@@ -8,6 +8,7 @@ training starts from the same function.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -24,6 +25,16 @@ _HALF = "_half"
 """Ending of the names of weights that are stored as float16."""
 _FOLDED = ".weight_bias"
 """Ending of the name of the bias that a convolution got from the following normalization."""
+
+
+def read_described(path: str | os.PathLike[str], *, limit: int = 1 << 30) -> tuple[Any, Any]:
+    """Return an ONNX file of a2v, parsed, and the description in its metadata; {} without one.
+    Files over `limit` bytes are refused."""
+    import onnx
+
+    proto = onnx.load_model_from_string(read_bytes(path, limit=limit))
+    texts = (item.value for item in proto.metadata_props if item.key == "a2v")
+    return proto, json.loads(next(texts, "{}"))
 
 
 def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict[str, np.ndarray]:

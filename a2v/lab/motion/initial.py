@@ -3,7 +3,6 @@ the new run's code and actions."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,10 +12,10 @@ import torch
 from torch import Tensor
 
 from a2v.errors import InputError
-from a2v.io import read_bytes
 from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.motion.flow import FlowNetwork
 from a2v.lab.motion.windows import LinearCode, WindowCodec
+from a2v.lab.untracing import read_described
 from a2v.motion.card import WINDOW_FORMAT, parse_card
 from a2v.types import FloatArray
 
@@ -105,13 +104,9 @@ def _run(path: str, features: int) -> Start:
 def _exported(path: str) -> Start:
     """Return an exported flow, with weights as rounded to bytes and halves, and codes of unit
     scale."""
-    import onnx
     from onnx import numpy_helper
 
-    proto = onnx.load_model_from_string(read_bytes(path))
-    said = json.loads(
-        next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
-    )
+    proto, said = read_described(path)
     if said.get("format") != WINDOW_FORMAT:
         raise InputError(f"{path} is not a window flow of a2v; give a flow.pt or an exported flow")
     card = parse_card(said, Path(path))

@@ -9,7 +9,7 @@ import numpy as np
 from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.several import Sight
-from a2v.reconstruction.reading.shown import STEP
+from a2v.reconstruction.reading.shown import STEP, pixels_beside
 from a2v.types import FloatArray
 
 _LOOSE = (0.01, 0.06)
@@ -85,10 +85,8 @@ def _beside(sight: Sight, rows: FloatArray) -> FloatArray:
         for index, (column, row) in enumerate(pixels):
             if not (0 <= row < high and 0 <= column < wide):
                 continue
-            line = cloth[row, column::sign]
-            length = len(line) if line.all() else int(line.argmin())
-            beyond = column + sign * length
-            if 0 <= beyond < wide and not arms[row, beyond]:
+            length = pixels_beside(cloth, row, column, sign)
+            if length is not None and not arms[row, column + sign * length]:
                 result[side, index] = length * STEP / camera.scale
     return result
 

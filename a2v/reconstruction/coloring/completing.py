@@ -160,12 +160,11 @@ def complete_head(painting: Painting) -> Painting:
     outer, skin, shares = (
         sample_chart(chart, places) for chart in (found.outer, found.skin, shares)
     )
-    hung = _behind_strands(painting)[vertices]
+    hung, on_hair = (chosen[vertices] for chosen in _behind_strands(painting))
     cover = ~(hair | hung | canvas.head.ears[vertices]) & (shares[:, 0] > 0.5)
     colors = np.where(cover[:, None], outer, skin)
     keep = smoothstep(np.where(hair | hung, shares[:, 2], shares[:, 1]), *_KEEP)
-    if hung.any():
-        keep = np.where(hung & _on_hair(painting)[vertices], 0.0, keep)
+    keep = np.where(hung & on_hair, 0.0, keep)
     # what covers a neck is mostly a collar, which garments continue; and if the crown has hair,
     # the scalp has, too: the network takes brown hair above brown skin for skin
     scalp = np.zeros(len(painting.known), bool) if painting.spots is None else painting.spots.scalp
@@ -189,27 +188,27 @@ def complete_head(painting: Painting) -> Painting:
     )
 
 
-def _behind_strands(painting: Painting) -> BoolArray:
-    """Return the vertices (V,) of cheeks, jaw and neck of a person with a layer of long hair. What
-    hair the photo shows there hangs in front of them.
+def _behind_strands(painting: Painting) -> tuple[BoolArray, BoolArray]:
+    """Return the vertices (V,) of cheeks, jaw and neck of a person with a layer of long hair, and
+    those (V,) at which the photo shows it: there it hangs in front of them.
 
     A beard is hair on them, too, and an afro lies on them: then there are none.
     """
     canvas, spots = painting.canvas, painting.spots
-    result = np.zeros(len(painting.known), bool)
+    none = np.zeros(len(painting.known), bool)
     if canvas is None or canvas.head is None or canvas.hairy is None or spots is None:
-        return result
+        return none, none
     places, wide = canvas.head.places, np.abs(canvas.rest[:, 0])
     if wide[canvas.hairy].max() > wide[canvas.head.outermost & painting.on("head")].max() + _VOLUME:
-        return result
+        return none, none
     middle = np.abs(places[:, 0] - WIDTH / 2)
     front = ~spots.scalp | (middle < _EARS)
-    result[:] = canvas.head.outermost & front & (places[:, 1] > _TEMPLES)
+    behind = canvas.head.outermost & front & (places[:, 1] > _TEMPLES)
     chin = painting.main & (places[:, 1] > _CHIN[0]) & (places[:, 1] < _CHIN[1])
     chin &= middle < _CHIN[2]
-    if chin.any() and _on_hair(painting)[chin].mean() > _BEARD:
-        result[:] = False
-    return result
+    on_hair = _on_hair(painting)
+    bearded = bool(chin.any()) and on_hair[chin].mean() > _BEARD
+    return (none, none) if bearded else (np.asarray(behind), on_hair)
 
 
 def _on_hair(painting: Painting) -> BoolArray:

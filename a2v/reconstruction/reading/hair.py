@@ -182,7 +182,7 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
             own = palette_distance(shades, first, SHADE)
             alike = own < np.minimum(_SHADES, _NEARER * palette_distance(shades, clothes, SHADE))
             hair = np.concatenate([first, shades[alike]])
-        like = palette_distance(lab, hair, SHADE)
+        before, like = found, palette_distance(lab, hair, SHADE)
         found = allowed & (like < _ALIKE) & (like < _SKIN * far_from_skin)
         if like_clothes is not None:
             found &= (like < like_clothes) | (rows < place.chin)
@@ -192,6 +192,8 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
         found = (found > 0) & np.isin(label, held[held > 0])
         if not found.any():
             return None
+        if number and (found == before).all():  # so is what would follow
+            break
     neck = np.abs(columns - place.middle) < _BESIDE[0] * camera.scale
     found &= (rows < place.chin) | ~neck  # its shade has the color of hair
     if not _reaches_down(found, place, camera):

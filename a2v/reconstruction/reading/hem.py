@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.reading.shown import STEP, body_shown
+from a2v.body.spots import rest_vertices
+from a2v.reconstruction.reading.shown import STEP, body_shown, pixels_beside
 from a2v.reconstruction.reading.skin import face_tone
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
@@ -262,8 +263,6 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
 def flares(subject: Subject, body: Body, camera: Camera, end: float) -> bool:
     """Return whether the outline above the end of the cloth, at the height at rest `end`, meters,
     is far from the legs on both sides. Legs of trousers do not flare so much."""
-    from a2v.body.spots import rest_vertices
-
     skin = rest_vertices(body)
     legs = on_parts(body.parts[: len(skin)], *_LEGS)
     band = legs & (np.abs(skin[:, 1] - end - _FLARE_ABOVE) < _FLARE_BAND)
@@ -272,8 +271,8 @@ def flares(subject: Subject, body: Body, camera: Camera, end: float) -> bool:
     mask = subject.mask > 0.5
     for sign, column in ((-1, pixels[:, 0].min()), (1, pixels[:, 0].max())):
         row = int(np.clip(pixels[np.abs(pixels[:, 0] - column).argmin(), 1], 0, len(mask) - 1))
-        line = mask[row, int(np.clip(column, 0, mask.shape[1] - 1)) :: sign]
-        found.append(0 if line.all() else int(line.argmin()))  # the picture may cut it off
+        start = int(np.clip(column, 0, mask.shape[1] - 1))
+        found.append(pixels_beside(mask, row, start, sign) or 0)
     return min(found) > _FLARE * camera.scale
 
 

@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.geometry.rays import ray_scene
-from a2v.types import Body, Camera, IntArray, OrthographicCamera, Subject, Surface
+from a2v.types import Body, BoolArray, Camera, IntArray, OrthographicCamera, Subject, Surface
 
 STEP = 2
 """Side of the squares of pixels of the photo that are treated as one."""
+
+
+def pixels_beside(mask: BoolArray, row: int, column: int, side: int) -> int | None:
+    """Number of successive pixels of a mask (h, w) from one in its range on, to the left (`side`
+    -1) or the right (1); None if they reach the border, which may cut them off."""
+    line = mask[row, column::side]
+    return None if line.all() else int(line.argmin())
 
 
 def body_shown(body: Body, subject: Subject, camera: Camera) -> IntArray:

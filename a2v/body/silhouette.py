@@ -61,8 +61,10 @@ class MaskField:
         value = (field[v, u] * (1 - fu) + field[v, u + 1] * fu) * (1 - fv) + (
             field[v + 1, u] * (1 - fu) + field[v + 1, u + 1] * fu
         ) * fv
-        # Beyond the working grid the distance continues to grow.
-        value = value + ((position - clamped).abs().sum(dim=-1)) * self.step
+        # Beyond the working grid the distance continues to grow. Without `abs`: its second
+        # derivative makes PyTorch import its compiler (2 s).
+        beyond = torch.relu(-position) + torch.relu(position - (limit - 1e-4))
+        value = value + beyond.sum(dim=-1) * self.step
         left, top, right, bottom = self.known
         seen = (
             (pixels[..., 0] > left)

@@ -83,6 +83,6 @@ def _loading_what_follows() -> AbstractContextManager[None]:
 
     def load_fit() -> None:
         import scipy.optimize  # noqa: F401
-        import torch  # noqa: F401
+        import torch.fx.experimental.symbolic_shapes  # noqa: F401  the Hessian of the fit imports it
 
     return loading_beside(load_pymatting, load_fit, load_open3d)

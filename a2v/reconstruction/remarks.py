@@ -8,10 +8,12 @@ import numpy as np
 
 from a2v.types import Body, FloatArray
 
-OUTLINE = 0.145
+OUTLINE = 0.19
 """Share of the common outline that may differ between character and photo, in the same colors."""
-COLOR = 15.3
+COLOR = 20.0
 """Mean CIELAB difference that they may have in the same outline."""
+HEAD = 26.0
+"""Mean CIELAB difference that their heads may have, all else alike."""
 LYING = 60.0
 """Angle of the trunk from the vertical, degrees, beyond which a person lies."""
 SITTING = 55.0
@@ -20,8 +22,10 @@ SITTING = 55.0
 
 def mismatch(compared: Mapping[str, float]) -> float:
     """Return how unlike its photo a character is, by `Reposed.compared`; from 1 on, users are
-    told. On our real photos its ranks are those of the grades by eye (docs/results/photos.md)."""
-    return (1 - compared["iou"]) / OUTLINE + compared["color"] / COLOR
+    told. The divisors are from our real photos and their grades by eye (docs/results/photos.md).
+    """
+    head = float(np.nan_to_num(compared.get("color, head", 0.0)))
+    return (1 - compared["iou"]) / OUTLINE + compared["color"] / COLOR + head / HEAD
 
 
 def remarks(compared: Mapping[str, float], body: Body) -> list[str]:
@@ -40,6 +44,8 @@ def remarks(compared: Mapping[str, float], body: Body) -> list[str]:
             f"their outlines share {100 * compared['iou']:.0f} %, their colors differ by "
             f"{compared['color']:.0f}"
         )
+        if np.isfinite(head := compared.get("color, head", np.nan)):
+            said += f", those of the head by {head:.0f}"
         found.append(
             f"the character does not match the photo ({said}): expect a wrong shape or colors; try "
             "another photo, or give --mask and --keypoints"

@@ -43,3 +43,5 @@ def test_a_character_that_is_not_like_its_photo_is_noted() -> None:
     assert not remarks(good, body)
     assert "outlines share 70 %" in remarks(good | {"iou": 0.7}, body)[0]
     assert "colors differ by 25" in remarks(good | {"color": 25.0}, body)[0]
+    assert "the head by 30" in remarks(good | {"color, head": 30.0}, body)[0]
+    assert not remarks(good | {"color, head": np.nan}, body)

@@ -50,6 +50,22 @@ def test_hair_beside_the_neck_is_long(body: Body, photo: Subject) -> None:
     assert not (seen.pixels & (photo.image == GREEN).all(axis=-1)).any()
 
 
+def test_an_ear_does_not_cut_hair_in_two(body: Body, photo: Subject) -> None:
+    seen, face = long_hair(photo, body, CAMERA), photo.face
+    assert seen is not None
+    assert face is not None
+    chin, middle = float(face[:, 1].max()), float(face[:, 0].mean())
+    bare = photo.image[int(face[1, 1]), int(middle)]
+    image, ear = photo.image.copy(), int(0.05 * CAMERA.scale)
+    rows = slice(int(chin) - 2 * ear, int(chin) - ear)  # across all hair of one side
+    image[rows, : int(middle)][(image[rows, : int(middle)] == BLACK).all(axis=-1)] = bare
+    found = long_hair(dataclasses.replace(photo, image=image), body, CAMERA)
+    assert found is not None
+    below = np.zeros(photo.mask.shape, bool)
+    below[int(chin) - ear + 4 :, : int(middle)] = True
+    assert (found.pixels & below).sum() > 0.9 * (seen.pixels & below).sum() > 100
+
+
 def test_short_hair_dark_clothes_and_an_unseen_face_give_no_long_hair(
     body: Body, photo: Subject
 ) -> None:

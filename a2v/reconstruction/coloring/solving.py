@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from a2v.geometry.mesh import vertex_areas
 from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.coloring.elsewhere import HEAD
 from a2v.reconstruction.coloring.equation14 import ColorProblem, solve_colors
@@ -74,7 +75,8 @@ def even(painting: Painting) -> Painting:
         return painting
     bare = painting.on(*HEAD, *(() if canvas.gloved else HANDS))
     shown = painting.known & ~painting.mouth
-    colors = even_tones(painting.colors, shown, ~painting.known, continued.labels, bare)
+    area = vertex_areas(canvas.rest, painting.faces)
+    colors = even_tones(painting.colors, shown, ~painting.known, continued.labels, bare, area)
     return dataclasses.replace(painting, colors=colors)
 
 

@@ -42,13 +42,19 @@ def given_or_close(
 
 
 def even_tones(
-    base: FloatArray, shown: BoolArray, hidden: BoolArray, labels: IntArray, bare: BoolArray
+    base: FloatArray,
+    shown: BoolArray,
+    hidden: BoolArray,
+    labels: IntArray,
+    bare: BoolArray,
+    area: FloatArray,
 ) -> FloatArray:
     """Shift `hidden` (V,) hair, and hidden skin on `bare` (V,) parts, to the tone of what is
     `shown` (V,) of it.
 
-    Networks often predict another tone. The visible tone is the median. For skin only the lighter
-    half counts, because hair and chin cast shadows on the rest.
+    Networks often predict another tone. The visible tone is the median over the `area` (V,): lashes
+    and nostrils have the color of hair, and many small triangles. For skin only the lighter half
+    counts, because hair and chin cast shadows on the rest.
     """
     from skimage.color import lab2rgb, rgb2lab
 
@@ -56,16 +62,21 @@ def even_tones(
     for own in ((labels == SKIN) & bare, labels == HAIR):
         if (own & shown).sum() < _TONED or not (own & hidden).any():
             continue
-        seen = rgb2lab(np.clip(base[own & shown], 0, 1))
-        if skin is not None:  # at its border hair is mixed with skin
-            away = np.linalg.norm(seen - skin, axis=1)
-            seen = seen[away >= np.median(away)]
-        else:
-            seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
-        tone = skin = np.median(seen, axis=0)
+        seen, weight = rgb2lab(np.clip(base[own & shown], 0, 1)), area[own & shown]
+        # at its border hair is mixed with skin
+        order = seen[:, 0] if skin is None else np.linalg.norm(seen - skin, axis=1)
+        half = order >= _median(order, weight)
+        tone = skin = np.array([_median(seen[half, axis], weight[half]) for axis in range(3)])
         lab = rgb2lab(np.clip(base[own & hidden], 0, 1))
         result[own & hidden] = lab2rgb(lab + TONE * (tone - lab))
     return result
+
+
+def _median(values: FloatArray, weight: FloatArray) -> float:
+    """Weighted median of values (n,)."""
+    order = np.argsort(values)
+    total = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(total, total[-1] / 2)])
 
 
 def combed(

@@ -211,10 +211,10 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
 def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
     base = np.repeat([[0.75, 0.6, 0.5], [0.3, 0.2, 0.15], [0.25, 0.12, 0.1]], [60, 40, 30], axis=0)
     known = np.arange(130) < 100
-    toned = even_tones(base, known, ~known, np.ones(130, int), np.ones(130, bool))
+    toned = even_tones(base, known, ~known, np.ones(130, int), np.ones(130, bool), np.ones(130))
     assert np.array_equal(toned[:100], base[:100])
     assert toned[100:, 0].min() > 0.5
-    kept = even_tones(base, known, ~known, np.ones(130, int), known)
+    kept = even_tones(base, known, ~known, np.ones(130, int), known, np.ones(130))
     assert np.array_equal(kept, base)  # cloth may hide it
 
 

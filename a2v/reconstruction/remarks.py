@@ -8,11 +8,11 @@ import numpy as np
 
 from a2v.types import Body, FloatArray
 
-OUTLINE = 0.19
+OUTLINE = 0.21
 """Share of the common outline that may differ between character and photo, in the same colors."""
-COLOR = 20.0
+COLOR = 22.0
 """Mean CIELAB difference that they may have in the same outline."""
-HEAD = 26.0
+HEAD = 29.0
 """Mean CIELAB difference that their heads may have, all else alike."""
 LYING = 60.0
 """Angle of the trunk from the vertical, degrees, beyond which a person lies."""

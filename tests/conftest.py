@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 from collections.abc import Iterator
@@ -35,3 +36,15 @@ def _threads() -> Iterator[None]:
     yield
     if before and torch and torch.get_num_threads() != before:
         torch.set_num_threads(before)
+
+
+EXPORTER = "torch.onnx._internal.exporter._registration"
+
+
+@pytest.fixture(autouse=True)
+def _one_registry() -> None:
+    """Let PyTorch build the exporter's list of operators once per process, not at each export,
+    where it takes 0.6 s."""
+    registry = getattr(sys.modules.get(EXPORTER), "ONNXRegistry", None)
+    if registry is not None and not hasattr(registry.from_torchlib, "cache_info"):
+        registry.from_torchlib = functools.cache(registry.from_torchlib)

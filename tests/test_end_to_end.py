@@ -21,6 +21,7 @@ from a2v.body.second_photo import SIDES
 from a2v.io import sha256
 from a2v.samples import load_ready_person
 from a2v.types import Motion, Subject
+from pipelines.cli import main
 from tests.support.ready_store import fill
 from tests.support.whole_run import FRAMES, OPTIONS, ROOT, SAMPLE, SIZE, VIEWS, whole_run
 
@@ -33,14 +34,9 @@ def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk"
     return [sys.executable, "-m", "pipelines", "video", *map(str, given)]
 
 
-def execute(
-    out: Path, *more: object, code: int = 0, **options: object
-) -> subprocess.CompletedProcess[str]:
-    result = subprocess.run(
-        command(out, *more, **options), cwd=ROOT, capture_output=True, text=True, timeout=600
-    )
-    assert result.returncode == code, result.stderr
-    return result
+def execute(out: Path, *more: object, **options: object) -> None:
+    """Run the command in this process, which has imported what it needs."""
+    assert main([*command(out, *more, **options)[3:], "--executor", "serial"]) == 0
 
 
 def report(out: Path) -> dict:
@@ -310,28 +306,22 @@ def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):
     assert not [path for path in copied_store.rglob(".*") if path.is_file()]
 
 
-def test_a_person_without_feet_gets_a_note(tmp_path):
+def test_a_person_without_feet_gets_a_note(tmp_path, capsys):
     picture = Image.open(SAMPLE)
     cut = tmp_path / "cut.jpg"
     picture.crop((0, 0, picture.width, int(picture.height * 0.72))).save(cut, quality=95)
-    result = execute(tmp_path / "o", "--only", "subject", photo=cut)
-    assert [line for line in result.stderr.splitlines() if line.startswith("note: ")]
+    execute(tmp_path / "o", "--only", "subject", photo=cut)
+    said = capsys.readouterr().err.splitlines()
+    assert [line for line in said if line.startswith("note: ")]
 
 
-def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
+def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path, capsys):
     import pygltflib
 
     out = tmp_path / "person.glb"
     words = ["reconstruct", "--photo", str(SAMPLE), "--out", str(out)]
-    words += ["--cache", str(whole_run().store)]
-    result = subprocess.run(
-        [sys.executable, "-m", "pipelines", *words],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert result.stdout.splitlines()[-1] == str(out)
+    assert main([*words, "--cache", str(whole_run().store)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(out)
     gltf = pygltflib.GLTF2().load(str(out))
     primitive = gltf.meshes[0].primitives[0]
     box = gltf.accessors[primitive.attributes.POSITION]
@@ -339,34 +329,14 @@ def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
     assert abs(box.min[1]) < 0.2
 
 
-def test_several_actions_come_in_one_file(made, tmp_path):
+def test_several_actions_come_in_one_file(made, tmp_path, capsys):
     import pygltflib
 
     target = tmp_path / "two.glb"
-    words = [
-        "character",
-        "--photo",
-        SAMPLE,
-        "--actions",
-        "Walk,Jump",
-        "--frames",
-        FRAMES,
-        "--workers",
-        1,
-        "--quiet",
-        "--cache",
-        whole_run().store,
-        "--out",
-        target,
-    ]
-    done = subprocess.run(
-        [sys.executable, "-m", "pipelines", *map(str, words)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert (done.returncode, done.stdout.splitlines()) == (0, [str(target)]), done.stderr
+    words = ["character", "--photo", SAMPLE, "--actions", "Walk,Jump", "--frames", FRAMES]
+    words += ["--executor", "serial", "--quiet", "--cache", whole_run().store, "--out", target]
+    assert main([*map(str, words)]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(target)]
     gltf = pygltflib.GLTF2().load(str(target))
     assert [clip.name for clip in gltf.animations] == ["Walk", "Jump"]
     assert len(gltf.skins) == 1
@@ -385,8 +355,6 @@ def test_several_actions_come_in_one_file(made, tmp_path):
 def test_a_character_that_cannot_be_made_is_explained(
     tmp_path, capsys, monkeypatch, words, message
 ):
-    from pipelines.cli import main
-
     monkeypatch.chdir(tmp_path)
     assert main(["character", "--photo", str(SAMPLE), *words]) == 2
     assert message in capsys.readouterr().err

@@ -48,7 +48,7 @@ def exported(data, codec, tmp_path_factory):
             parameter.add_(torch.randn_like(parameter) * 0.05)
     model = FlowModel(network.eval(), codec)
     path = tmp_path_factory.mktemp("flow") / "flow.onnx"
-    export_flow(model, data, path, license="Apache-2.0", sampling=Sampling(steps=3))
+    export_flow(model, data, path, license="Apache-2.0", sampling=Sampling(steps=2))
     return model, MotionModel.load(path)
 
 
@@ -303,7 +303,7 @@ def test_a_run_goes_on_under_another_code(data, tmp_path):
 
 def test_onnx_equals_pytorch(exported, data):
     model, onnx_model = exported
-    graph = WindowGraph(model, data, steps=3, guidance=GUIDANCE).eval()
+    graph = WindowGraph(model, data, steps=2, guidance=GUIDANCE).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     for batch in (1, 5):
@@ -335,7 +335,7 @@ def test_onnx_equals_pytorch(exported, data):
 
 def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
     model, onnx_model = exported
-    graph = WindowGraph(model, data, steps=3, guidance=GUIDANCE).eval()
+    graph = WindowGraph(model, data, steps=2, guidance=GUIDANCE).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(3)
     noise, lengths = (
@@ -376,7 +376,7 @@ def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
 def test_windows_that_face_forward_are_continued_in_any_heading(data, tmp_path):
     settings = dataclasses.replace(SMALL, iterations=3, face_forward=True, balance=0.5)
     model = train_flow(data, tmp_path, settings=settings)
-    export_flow(model, data, tmp_path / "f.onnx", license="none", sampling=Sampling(steps=2))
+    export_flow(model, data, tmp_path / "f.onnx", license="none", sampling=Sampling(steps=1))
     sampler = MotionModel.load(tmp_path / "f.onnx").sampler
     rng = np.random.default_rng(0)
     noise, lengths = rng.standard_normal((1, 12), dtype=np.float32), data.clip_bone_lengths[:1]

@@ -84,23 +84,24 @@ def export_bodymap(
         )
     network, facts = load_network(run)
     if blend < 1:
-        network, facts = (
-            blended(network, stored_weights(initial_folder(initial)), blend),
-            {**facts, "blend": blend},
-        )
+        other = stored_weights(initial_folder(initial))
+        network, facts = blended(folded(network), other, blend), {**facts, "blend": blend}
     path = Path(folder) / FILE.name
     export_network(network, path, license=license, extra={**facts, **(extra or {})})
     return path
 
 
-def blended(
-    network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float
-) -> BodyMapNetwork:
-    """Blend a network's weights, with the weight `share`, and `other` weights (`stored_weights`);
-    normalizations are folded in both."""
+def folded(network: BodyMapNetwork) -> dict[str, np.ndarray]:
+    """Return a network's weights with the normalizations folded into them, as its file has them."""
     with tempfile.TemporaryDirectory() as folder:
         export_network(network, Path(folder) / FILE.name, license="")
-        own = stored_weights(folder)
+        return stored_weights(folder)
+
+
+def blended(
+    own: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], share: float
+) -> BodyMapNetwork:
+    """Return a network of two blended sets of `folded` weights; `own` have the weight `share`."""
     mixed = BodyMapNetwork()
     fill(
         mixed,

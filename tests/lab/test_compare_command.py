@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -43,7 +43,9 @@ def made(tmp_path_factory):
         "--spp": 1,
         "--shown": 2,
         "--pifu-geometry": saved(slab(0.12, -0.08, 0.5), folder / "net_G"),
-        "--workers": 2,
+        "--executor": "serial",
+        "--shape.resolution": 200,
+        "--shape.vertices": 25_000,
         "--liquid-generator": saved(liquid_warping(), folder / "net_epoch_30_id_G.pth"),
         "--liquid-uv": folder / "mapper.txt",
         "--cache": whole_run().store,
@@ -53,22 +55,18 @@ def made(tmp_path_factory):
         "--out": folder / "sheet.html",
     }
     words = [str(word) for pair in given.items() for word in pair]
-    result = subprocess.run(
-        [sys.executable, "-m", "pipelines", "compare", *words],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=1200,
-    )
-    assert result.returncode == 0, result.stderr
-    return folder, result
+    out, told = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(told):
+        code = main(["compare", *words])
+    assert code == 0, told.getvalue()
+    return folder, out.getvalue(), told.getvalue()
 
 
 @pytest.mark.slow
 def test_the_page_has_every_methods_videos_and_the_same_frames(made):
-    folder, result = made
+    folder, _, told = made
     for number, method in enumerate(METHODS, 1):
-        assert f"method {number} of {len(METHODS)}: {method}\n" in result.stderr
+        assert f"method {number} of {len(METHODS)}: {method}\n" in told
     page = (folder / "sheet.html").read_text()
     assert re.findall("<th class=m>(.*?)</th>", page) == list(METHODS) * (1 + len(VIEWS))
     films = re.findall('<video[^>]*src="(.*?)"', page)
@@ -80,8 +78,8 @@ def test_the_page_has_every_methods_videos_and_the_same_frames(made):
 
 @pytest.mark.slow
 def test_the_study_shows_the_same_videos_and_its_answers_are_counted(made):
-    folder, result = made
-    assert result.stdout.splitlines()[-2:] == [
+    folder, out, _ = made
+    assert out.splitlines()[-2:] == [
         str(folder / "survey.html"),
         str(folder / "survey.key.json"),
     ]

@@ -20,7 +20,6 @@ from a2v.perception.bodymap import FILE, FORMAT
 from export.bodymap import INPUTS, OUTPUTS, blended, export_bodymap, export_network, folded
 from tests.support.quick_views import write_invented
 
-
 Exported = tuple[BodyMapNetwork, Path]
 
 

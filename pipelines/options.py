@@ -18,11 +18,9 @@ from typing import Any, TypeVar
 
 import jsonargparse
 import yaml
-from jsonargparse import _loaders_dumpers, _paths
 
 from a2v.errors import A2VError, InputError
-from a2v.io import brief, read_bytes, shorten
-from a2v.plain_yaml import PlainLoader
+from a2v.io import brief, shorten
 from pipelines.arguments import (
     check_found,
     check_typed,
@@ -32,31 +30,14 @@ from pipelines.arguments import (
     with_words_set,
 )
 from pipelines.field_docs import field_docs, summary
+from pipelines.parsing import adapt
 
 T = TypeVar("T")
 
 _WIDTH = 124
 _MODE = "a2v"
-_MAX_SETTINGS_BYTES = 1 << 20
 
-
-def _settings_text(path: _paths.Path) -> str:
-    """Return the text of a settings file: a regular, short file in UTF-8."""
-    if path.absolute in ("-", "/dev/stdin"):
-        raise InputError("settings cannot be read from standard input (-); give a YAML file")
-    data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path.absolute} is not UTF-8 text ({error.reason}); expected YAML"
-        ) from None
-
-
-# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys, so every
-# file and text that it reads passes here.
-_paths.Path.read_text = _settings_text  # type: ignore[method-assign, assignment]
-_loaders_dumpers.yaml_default_loader = PlainLoader  # type: ignore[assignment]
+adapt()
 
 
 def option(

@@ -11,8 +11,10 @@ from a2v.body import load_body_model, make_body
 from a2v.body.face import teeth
 from a2v.body.parts import on_parts
 from a2v.body.spots import rest_vertices
+from a2v.io import read_npz
 from a2v.reconstruction.canonical import Sight
 from a2v.reconstruction.canonical.binding import (
+    WEIGHTS,
     binding_key,
     found_weights,
     four_weights,
@@ -151,6 +153,8 @@ def test_legs_are_thin_under_a_skirt_and_whole_below_its_hem(rest_body: Body) ->
 def test_the_shipped_weights_are_those_of_the_mesh(rest_body: Body) -> None:
     weights, bones = four_weights(topology(), rest_body)
     found, where = found_weights(topology(), rest_body)
+    key = binding_key(topology(), rest_body)
+    assert np.array_equal(read_npz(WEIGHTS)["key"], key)  # or they are computed for each person
     np.testing.assert_allclose(weights, found, atol=1e-6)
     assert (bones == where).mean() > 0.9999  # equal weights may change their order
     assert weights.dtype == found.dtype == np.float32

@@ -17,6 +17,7 @@ from pipelines.engine.memo import refs_within
 from pipelines.engine.store import Store
 from pipelines.graph import video_graph
 from pipelines.requests.video import photo_parameters
+from tests.support.whole_run import alone
 
 UNUSED = (
     "surface",
@@ -33,7 +34,12 @@ UNUSED = (
 @cache
 def ready_folder() -> Path:
     """Return the folder of a store that is filled, which all tests of a run share."""
-    return fill(Path(os.environ["A2V_CACHE"]) / "ready").folder
+    folder = Path(os.environ["A2V_CACHE"]) / "ready"
+    with alone(folder.with_suffix(".lock")):
+        if not (folder / "filled").exists():
+            fill(folder)
+            (folder / "filled").touch()
+    return folder
 
 
 def fill(folder: Path, photo: Path = PHOTO, subject: Subject | None = None) -> Store:

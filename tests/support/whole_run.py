@@ -78,7 +78,7 @@ class WholeRun:
 def whole_run() -> WholeRun:
     """Return the run, which is made unless another process of these tests has made it."""
     base = Path(os.environ["A2V_CACHE"]) / "whole"
-    with _alone(base.with_suffix(".lock")):
+    with alone(base.with_suffix(".lock")):
         if not (base / "done.json").exists():
             _make(base)
     return WholeRun(base)
@@ -146,7 +146,7 @@ def _strace_works() -> bool:
 
 
 @contextmanager
-def _alone(path: Path) -> Iterator[None]:
+def alone(path: Path) -> Iterator[None]:
     """Let no other process into this block."""
     with path.open("w") as stream:
         while not lock(stream.fileno()):

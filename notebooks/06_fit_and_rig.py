@@ -136,7 +136,7 @@ print(f"{len(prior.weights)} Gaussians of {len(prior.names)} angles, from {prior
 # %%
 ready = load_ready_person()  # the sample person at every stage; subject and surface are used here
 subject, surface = ready.subject, ready.colored_surface
-first = fit_body(subject)
+first = fit_body(subject, settings=FitSettings(rounds=1) if SMALL else None)
 body, camera = first.body, first.camera
 print(
     {name: round(value, 4) for name, value in first.residuals.items() if isinstance(value, float)}
@@ -181,7 +181,7 @@ STAGES = {
 }
 fits = {"photo": first}
 for name, weights in STAGES.items():
-    chosen = FitSettings(rounds=2 if SMALL else 3, **weights)
+    chosen = FitSettings(rounds=1 if SMALL else 3, **weights)
     fits[name] = fit_body(subject, surface=surface, camera=camera, settings=chosen, initial=first)
 measures = {"landmarks off, % of the height": [], "Eq. 18": [], "surface away, cm": []}
 for one in fits.values():

@@ -80,6 +80,7 @@ quick = (
     "--shape.resolution", 200, "--shape.vertices", 25000, "--hands.replace", "false",
     "--face.expressions", "false", "--color.texture", 0, "--color.synthesis", "false",
     "--color.delight", "false", "--size", SIZE, "--spp", 1, "--executor", "serial",
+    *(("--fit.starts", 0, "--fit.steps", 20) if SMALL else ()),
 )  # fmt: skip
 options = ("--out", folder / "batch", *quick, "--views", "front")
 known = {}

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import shutil
 import subprocess
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ import pytest
 from a2v.processes import python_command
 from a2v.samples import ReadyPerson, load_ready_person
 from a2v.samples.ready import FACE_STEP, PHOTO, STEP
-from a2v.types import Character
+from a2v.types import Body, Character, PhotoCamera
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
 from pipelines.run import run
@@ -33,8 +35,17 @@ SHAPED = 0.001
 COLORED = 0.02
 """Largest mean difference of colors, as a share of white. The unseen sides are matched from patches,
 whose order a rounded color can change."""
-KERNELS = ("native", "default")
-"""Kernels of PyTorch: those of this processor, and those of any processor."""
+FITTED_BY_TORCH = ("photo_body", "photo_camera", "body")
+"""What PyTorch computes; all else follows from it."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Fitted:
+    """The person's body in the photo and at last, and the photo's camera."""
+
+    photo_body: Body
+    photo_camera: PhotoCamera
+    body: Body
 
 
 @pytest.fixture(scope="module")
@@ -42,21 +53,32 @@ def ready() -> ReadyPerson:
     return load_ready_person()
 
 
-@pytest.fixture(scope="module", params=KERNELS)
-def today(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ReadyPerson:
-    """Made by ``a2v video`` with this processor's kernels, and in a process of its own with the
-    others."""
-    folder = tmp_path_factory.mktemp("ready") / "store"
-    if request.param == "native":
-        folder = whole_run().store
-    else:
-        code = (
-            "from pathlib import Path; from scripts.make_ready_person import made_now; "
-            f"from pipelines.engine.store import Store; made_now(Store(Path({str(folder)!r})))"
-        )
-        environment = {**os.environ, "ATEN_CPU_CAPABILITY": request.param}
-        subprocess.run(python_command(code), env=environment, check=True, cwd=ROOT)
-    return made_now(Store(folder))
+@pytest.fixture(scope="module")
+def today() -> ReadyPerson:
+    """Made by ``a2v video`` with this processor's kernels of PyTorch."""
+    return made_now(Store(whole_run().store))
+
+
+@pytest.fixture(scope="module")
+def anywhere(tmp_path_factory: pytest.TempPathFactory) -> Fitted:
+    """The same with the kernels of any processor, in a process of its own; perception, which is
+    not PyTorch's, is copied."""
+    folder, known = tmp_path_factory.mktemp("ready") / "store", whole_run().store
+    for name in ("objects", "calls/subject"):
+        shutil.copytree(known / name, folder / name)
+    code = (
+        "from pathlib import Path; from tests.samples.test_ready import fitted_now; "
+        f"from pipelines.engine.store import Store; fitted_now(Store(Path({str(folder)!r})))"
+    )
+    environment = {**os.environ, "ATEN_CPU_CAPABILITY": "default"}
+    subprocess.run(python_command(code), env=environment, check=True, cwd=ROOT)
+    return fitted_now(Store(folder))
+
+
+def fitted_now(store: Store) -> Fitted:
+    outcome = run(FITTED_BY_TORCH, store=store, executor="serial", **photo_parameters(store, PHOTO))
+    kinds = get_type_hints(Fitted)
+    return Fitted(**{name: outcome.get(name, kinds[name]) for name in FITTED_BY_TORCH})
 
 
 def test_the_subject_is_that_of_today(ready: ReadyPerson, today: ReadyPerson) -> None:
@@ -73,9 +95,12 @@ def test_the_subject_is_that_of_today(ready: ReadyPerson, today: ReadyPerson) ->
     assert np.abs(ours.places[both] - theirs.places[both]).mean() < 0.01
 
 
+@pytest.mark.parametrize("kernels", ["today", "anywhere"])
 @pytest.mark.parametrize("name", ["photo_body", "body"])
-def test_the_bodies_are_those_of_today(name: str, ready: ReadyPerson, today: ReadyPerson) -> None:
-    ours, theirs = getattr(ready, name), getattr(today, name)
+def test_the_bodies_are_those_of_today(
+    name: str, kernels: str, ready: ReadyPerson, request: pytest.FixtureRequest
+) -> None:
+    ours, theirs = getattr(ready, name), getattr(request.getfixturevalue(kernels), name)
     assert ours.bone_names == theirs.bone_names
     for places in ("bone_transforms", "rest_transforms"):
         shifts = (getattr(ours, places) - getattr(theirs, places))[:, :3, 3]
@@ -83,9 +108,13 @@ def test_the_bodies_are_those_of_today(name: str, ready: ReadyPerson, today: Rea
     assert np.linalg.norm(ours.vertices - theirs.vertices, axis=1).max() < 2 * FITTED
 
 
-def test_the_camera_is_that_of_today(ready: ReadyPerson, today: ReadyPerson) -> None:
-    points = today.body.vertices
-    away = ready.photo_camera.project(points) - today.photo_camera.project(points)
+@pytest.mark.parametrize("kernels", ["today", "anywhere"])
+def test_the_camera_is_that_of_today(
+    kernels: str, ready: ReadyPerson, request: pytest.FixtureRequest
+) -> None:
+    made = request.getfixturevalue(kernels)
+    points = made.body.vertices
+    away = ready.photo_camera.project(points) - made.photo_camera.project(points)
     assert np.linalg.norm(away, axis=1).max() < 3.0
 
 

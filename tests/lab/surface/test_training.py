@@ -26,7 +26,7 @@ from tests.support.ellipsoid import AXES, CAMERA, RED, ellipsoid
 SMALL = NetworkSettings(widths=(16, 16, 16, 16), hidden=32, context=8, fine_width=16)
 QUICK = ReconstructionSettings(
     iterations=50,
-    batch_size=2,
+    batch_size=1,
     points=512,
     learning_rate=3e-3,
     crop=256,

@@ -78,6 +78,10 @@ QUICK = {
     "retarget": "--frames 2",
 }
 """Options that make a command quick; the last one given counts."""
+COARSE = (
+    "--implicit.resolution 200 --implicit.vertices 25000 --implicit.limits false --color.texture 0"
+)
+"""Those of the papers' person, which the store does not know."""
 KEYS = "- {time: 1, at: [0, 1]}\n"
 
 
@@ -147,7 +151,7 @@ def test_an_example_runs(line, here, store, monkeypatch):
     monkeypatch.chdir(here)
     monkeypatch.setenv("A2V_CACHE", str(store.folder))
     words = shlex.split(line)[1:]
-    quick = QUICK.get(words[0], "").split()
+    quick = [*QUICK.get(words[0], "").split(), *(COARSE.split() if "--papers" in words else [])]
     given = {"--keyframes", "--start-pose", "--end-pose"}  # these need the whole length
     if "--seconds" in words and not given.intersection(words):
         place = words.index("--seconds")

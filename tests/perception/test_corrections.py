@@ -14,6 +14,7 @@ from a2v.perception import Corrections, corrected, decode_photo, find_person, re
 from a2v.perception.apply_corrections import correct_landmarks, draw_strokes
 from a2v.types import FloatArray, Subject
 
+QUICK = FitSettings(rounds=3)
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 WRIST, ELBOW = LANDMARK_INDEX["left_wrist"], LANDMARK_INDEX["left_elbow"]
 FULL = """
@@ -39,7 +40,7 @@ def subject(photo: np.ndarray) -> Subject:
 
 @pytest.fixture(scope="module")
 def fitted(subject: Subject) -> FitResult:
-    return fit_body(subject)
+    return fit_body(subject, settings=QUICK)
 
 
 def landmarks(result: FitResult) -> FloatArray:
@@ -158,7 +159,7 @@ def test_the_fitted_wrist_goes_where_the_landmark_is_put(
     found = find_person(
         photo, corrections=Corrections.of({"landmarks": {"left_wrist": in_photo(subject, target)}})
     )
-    after = fit_body(found)
+    after = fit_body(found, settings=QUICK)
     asked = found.keypoints[WRIST, :2]
     gap = np.linalg.norm(after.camera.project(landmarks(after))[WRIST] - asked)
     assert gap < 0.015 * subject.image.shape[0]
@@ -187,7 +188,7 @@ def test_a_limb_goes_to_the_said_side(photo: np.ndarray, fitted: FitResult) -> N
     before = landmarks(fitted)
     was_front = before[WRIST, 2] > before[ELBOW, 2]
     wanted = Corrections.of({"limbs": {"left_lower_arm": "back" if was_front else "front"}})
-    after = landmarks(fit_body(find_person(photo, corrections=wanted)))
+    after = landmarks(fit_body(find_person(photo, corrections=wanted), settings=QUICK))
     assert (after[WRIST, 2] > after[ELBOW, 2]) != was_front
     assert abs(after[WRIST, 2] - after[ELBOW, 2]) > 0.02
 

@@ -25,8 +25,8 @@ def adapt() -> None:
     """
     _paths.Path.read_text = _settings_text  # type: ignore[method-assign, assignment]
     _loaders_dumpers.yaml_default_loader = PlainLoader  # type: ignore[assignment]
-    _core.find_action_and_subcommand = _find_action_and_subcommand
-    _core.find_action = _find_action
+    for name in ("find_action", "find_action_and_subcommand"):
+        setattr(_core, name, globals()[f"_{name}"])
 
 
 def _settings_text(path: _paths.Path) -> str:

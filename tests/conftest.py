@@ -47,4 +47,4 @@ def _one_registry() -> None:
     where it takes 0.6 s."""
     registry = getattr(sys.modules.get(EXPORTER), "ONNXRegistry", None)
     if registry is not None and not hasattr(registry.from_torchlib, "cache_info"):
-        registry.from_torchlib = functools.cache(registry.from_torchlib)
+        registry.from_torchlib = staticmethod(functools.cache(registry.from_torchlib))

@@ -3,6 +3,7 @@ that the pages show."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import shlex
@@ -15,7 +16,7 @@ import pytest
 from a2v.body import FitSettings
 from a2v.errors import InputError
 from pipelines.cli import available, every_command, load_command, main, module_of
-from pipelines.options import actions_of, flag, group, option, parse, settings
+from pipelines.options import _parser, actions_of, flag, group, option, parse, settings
 from tests.support.examples import PAGES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -72,6 +73,19 @@ def test_a_command_line_fills_the_dataclass():
     assert made.shared == Shared(start_frames=3, quiet=True)
     assert made.start == "base"
     assert made.fit == FitSettings(silhouette_weight=2.0)
+
+
+def test_options_are_found_in_the_table_as_jsonargparse_finds_them():
+    from jsonargparse import _core, _subcommands
+
+    parser = _parser(load_command("video").Options, "a2v video", "", "", level=2)
+    options = {text.lstrip("-") for one in parser._actions for text in one.option_strings}
+    names = {one.dest for one in parser._actions} | options
+    assert len(names) > 200
+    for name in (*sorted(names), "fit.nothing", "nothing", ""):
+        for exclude in (None, argparse._StoreAction):
+            found = _core.find_action_and_subcommand(parser, name, exclude=exclude)
+            assert found == _subcommands.find_action_and_subcommand(parser, name, exclude=exclude)
 
 
 def test_hyphens_and_underscores_are_the_same_on_the_command_line_and_in_files(tmp_path):

@@ -65,8 +65,8 @@ def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
 def binding_key(mesh: Topology, body: Body) -> np.ndarray:
     """Return the digest (32,) uint8 of all that `found_weights` depends on.
 
-    Of the faces these are the ones at smoothed vertices. Those of the eyes do not count: Anny splits
-    some of their quadrilaterals differently on different machines.
+    Of the faces these are the ones at smoothed vertices. Those of the eyes do not count: Anny
+    splits some of their quadrilaterals differently on different machines.
     """
     settings = np.array([_STEEPEST, _ROUNDS, _RINGS])
     names = np.array([*body.bone_names, *_SMOOTHED, *np.concatenate(_ALIKE)])

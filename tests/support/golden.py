@@ -45,7 +45,7 @@ STUDIO: Mapping[str, int] = {"long_hair": 40000, "walk": 40007, "crossed": 40011
 PEOPLE = (*PHOTOS, *STUDIO)
 TOLERANCES: Mapping[str, float] = {
     "labels": 0.03,
-    "visible": 3.0,
+    "visible": 5.0,
     "hidden": 8.0,
     "size": 0.005,
     "whole": 3.0,
@@ -54,7 +54,8 @@ TOLERANCES: Mapping[str, float] = {
 }
 """Largest differences: of shares of labels, of mean colors of parts (CIELAB) where the photo shows
 them and where not, of width, height and depth at rest (meters), the mean over the blocks of a
-picture (of 255), and of the share of the surface with another part's color (%)."""
+picture (of 255), and of the share of the surface with another part's color (%). Between two
+processors the mean color of a visible part differs by up to 3.7."""
 _SIDE = 64
 _FEW = 40
 """Smallest number of vertices of a part whose mean color is compared."""

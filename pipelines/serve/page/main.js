@@ -1,4 +1,5 @@
 // The page: people, what they do, and the state of the server, which it requests repeatedly; text from outside never becomes markup.
+import { unpacked } from "./actor.js";
 import { Camera } from "./camera.js";
 import { Clip } from "./clip.js";
 import { Exporter } from "./export.js";
@@ -9,7 +10,7 @@ import { liveControls } from "./live.js";
 import { Motions } from "./motions.js";
 import { Performance } from "./performance.js";
 import { PhotoPanel, gradeOf } from "./photo.js";
-import { Stage, unpacked } from "./stage.js";
+import { Stage } from "./stage.js";
 import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["outline", ...SHAPES, "moving"];
@@ -200,12 +201,21 @@ async function motionOf(wish) {
 }
 
 let turn = 0;
+
+/** Whether the server works for the stage, which draws less meanwhile. */
+function working(on) {
+  if (on) byId("stage").setAttribute("aria-busy", "true"); else byId("stage").removeAttribute("aria-busy");
+  if (stage) stage.pace.rest(on);
+}
+
 async function perform(wish = performance_.wish(), hovering = false) {
   const own = ++turn, problem = byId("act-problem");
+  byId("takes").hidden = true;
   if (!hovering) { say(problem, ""); stage && stage.showPath(performance_.path.length ? performance_.path : []); }
   if (!stage || !acting()) return;
+  working(false);
   if (!wish) { byId("doing").textContent = ""; if (stage.acting !== stage.waiting) stage.wait(); return; }
-  byId("stage").setAttribute("aria-busy", "true");
+  working(true);
   if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
   try {
     const motion = await motionOf(wish);
@@ -215,8 +225,29 @@ async function perform(wish = performance_.wish(), hovering = false) {
     byId("doing").textContent = hovering ? "" : performance_.words();
     document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
   } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }
-  byId("stage").removeAttribute("aria-busy");
+  if (own === turn) working(false);
 }
+
+/** Four takes beside each other; one of them is chosen on the stage, by a button or a number. */
+async function compare() {
+  const own = ++turn, wishes = performance_.takes(), box = byId("takes"), seeds = wishes.map(wish => wish.seed);
+  if (!stage || !acting()) return;
+  say(byId("act-problem"), "");
+  working(true);
+  try {
+    const motions = await Promise.all(wishes.map(motionOf));
+    if (own !== turn) return;
+    const choose = index => performance_.change({ seed: seeds[index] });
+    stage.plays = true;
+    await stage.compare(motions, choose);
+    byId("doing").textContent = "Press the take that you want";
+    box.replaceChildren(...seeds.map((seed, index) => make("button", { type: "button", onclick: () => choose(index) }, index ? `Take ${seed + 1}` : `Take ${seed + 1} (now)`)));
+    box.hidden = false;
+    document.body.dataset.takes = motions.length;
+  } catch (error) { if (own === turn) say(byId("act-problem"), error.message); }
+  if (own === turn) working(false);
+}
+byId("compare").onclick = compare;
 
 const gallery = new Gallery(byId("actions"), entry => { clearTimeout(gallery.timer); performance_.add(entry, byId("append").checked); }, entry => {
   clearTimeout(gallery.timer);
@@ -257,8 +288,8 @@ function showPlay() {
   byId("play").setAttribute("aria-label", stage && stage.plays ? "pause" : "play");
 }
 byId("play").onclick = () => { if (stage) stage.plays = !stage.plays; };
-for (const button of document.querySelectorAll("[data-azimuth]")) button.onclick = () => { if (stage) Object.assign(stage.view, { azimuth: Number(button.dataset.azimuth), elevation: 4 }); };
-byId("face").onclick = () => { if (stage) byId("face").setAttribute("aria-pressed", stage.close = !stage.close); };
+for (const button of document.querySelectorAll("[data-azimuth]")) button.onclick = () => { if (stage) stage.lookFrom({ azimuth: Number(button.dataset.azimuth), elevation: 4 }); };
+byId("face").onclick = () => { if (stage) { stage.close = !stage.close; stage.lookFrom({}); byId("face").setAttribute("aria-pressed", stage.close); } };
 byId("light").onchange = () => { if (stage) stage.look = byId("light").value; };
 byId("speak").onclick = () => { const text = byId("line").value.trim(); if (text && stage) { stage.say(text); document.body.dataset.spoken = text; } };
 byId("line").onkeydown = event => { if (event.key === "Enter") byId("speak").click(); };
@@ -267,10 +298,10 @@ byId("draw").onclick = () => {
   const on = !stage.drawing;
   byId("draw").setAttribute("aria-pressed", on);
   byId("stage").classList.toggle("draws", on);
-  if (on && stage.view.elevation < 35) stage.view.elevation = 45;
+  if (on && stage.view.elevation < 35) stage.lookFrom({ elevation: 45 });
   stage.drawing = on ? points => {
     byId("draw").click();
-    const [x, z] = stage.pose.place.filter((_, axis) => axis !== 1);
+    const [x, , z] = stage.place;
     let line = simpler(points.map(point => [point[0] - x, point[1] - z]));
     while (line.length > MOST_POINTS) line = line.filter((point, index) => index % 2 === 0 || index === line.length - 1);
     performance_.setPath(line.length > 1 ? line : []);
@@ -280,7 +311,9 @@ document.addEventListener("keydown", event => {
   const item = event.target, typed = item.closest("input, select, textarea, dialog, video, summary"), pressed = item.closest("button, a, label, [role=tab]");
   if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typed) { event.preventDefault(); performance_.undo(); return; }
   if (event.ctrlKey || event.metaKey || event.altKey || typed || !stage) return;
-  if (event.key >= "1" && event.key <= "9") gallery.press(Number(event.key) - 1);
+  const take = byId("takes").hidden ? null : byId("takes").children[Number(event.key) - 1];
+  if (take) take.click();
+  else if (event.key >= "1" && event.key <= "9") gallery.press(Number(event.key) - 1);
   else if (event.key === " " && !pressed) { event.preventDefault(); byId("play").click(); }
   else if (item.closest("#stage, body") && !item.closest("#actions, #chips")) {
     const move = { ArrowLeft: [12, 0], ArrowRight: [-12, 0], ArrowUp: [0, 6], ArrowDown: [0, -6] }[event.key];

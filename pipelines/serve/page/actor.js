@@ -1,4 +1,6 @@
 // One person on the stage: the bones of a character, and the acts that they follow, each beginning where the last one is. Needs three.js as `THREE`.
+import { Skin } from "./skin.js";
+
 const BLEND = 0.35;  // seconds from one motion to the next
 const FOLLOW = 18;  // share per second of the way to the newest pose of the live camera
 const UP = { x: 0, y: 1, z: 0 };
@@ -47,9 +49,19 @@ export class Actor {
     this.waiting = cycleOf(gltf, this.model, this.bones);
     this.skull = this.bones.find(bone => bone && /head$/i.test(bone.name)) || null;
     this.acts = [];
+    this.skins = [];
     this.live = null;
     this.start = [0, 0];
   }
+
+  /** Bend the skin in this script instead of in a shader. */
+  bendHere() {
+    this.model.traverse(node => { if (node.isSkinnedMesh) this.skins.push(new Skin(node)); });
+    this.model.add(...this.skins.flatMap(skin => [skin.mesh, skin.shadow]));
+  }
+
+  /** Bring what is drawn to the bones and the face. */
+  bend() { for (const skin of this.skins) skin.bend(); }
 
   static async of(data) {
     return new Actor(await new Promise((done, fail) => new THREE.GLTFLoader().parse(data, "", done, fail)));

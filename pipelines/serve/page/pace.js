@@ -1,6 +1,6 @@
 // How often and how finely the stage is drawn: less where frames are slow, more again where they are fast.
-const LEVELS = [[1, 1], [0.75, 1], [0.6, 2], [0.5, 2], [0.4, 3]];  // share of the pixels along a side, frames from one shadow to the next
-const BEST = 1;  // finest level without a graphics card
+const LEVELS = [[1, 1], [0.75, 1], [0.6, 2], [0.5, 3]];  // share of the pixels along a side, frames from one shadow map to the next
+const BEST = 0;  // level to begin with
 const SLOW = 48, FAST = 26;  // milliseconds between frames from which less, and below which more, is drawn
 const SPAN = 12;  // frames that are measured together
 const PATIENCE = 4, MOST_PATIENCE = 64;  // fast spans before more is drawn; twice as many each time that this was too much
@@ -12,22 +12,12 @@ export class Pace {
   constructor(stage) {
     this.stage = stage;
     this.until = 0;  // until then the server has the processor
-    this.level = stage.weak ? BEST : 0;
+    this.level = BEST;
     this.fast = 0;
     this.patience = PATIENCE;
     this.times = [];
     this.last = 0;
     this.apply();
-  }
-
-  /** Simpler skin where the processor draws. */
-  dress(actor) {
-    if (!this.stage.weak) return;
-    actor.model.traverse(node => {
-      if (!node.isMesh) return;
-      node.material = new THREE.MeshLambertMaterial({ map: node.material.map, vertexColors: node.material.vertexColors });
-      node.receiveShadow = false;
-    });
   }
 
   apply() {
@@ -61,7 +51,7 @@ export class Pace {
       this.raised = false;
       this.go(1);
     } else if (middle > FAST + (this.stage.weak ? LEAST - 16 : 0)) this.fast = 0;
-    else if (++this.fast >= this.patience && this.level > (this.stage.weak ? BEST : 0)) { this.raised = true; this.go(-1); }
+    else if (++this.fast >= this.patience && this.level > BEST) { this.raised = true; this.go(-1); }
   }
 
   go(step) {

@@ -38,8 +38,8 @@ export class Stage {
     renderer.outputEncoding = THREE.sRGBEncoding;
     renderer.toneMapping = THREE.ACESFilmicToneMapping;
     renderer.toneMappingExposure = 1.05;
-    renderer.shadowMap.enabled = true;
-    renderer.shadowMap.type = this.weak ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
+    renderer.shadowMap.enabled = !this.weak;
+    renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     renderer.localClippingEnabled = true;
     renderer.domElement.setAttribute("aria-hidden", "true");
     const scene = this.scene = new THREE.Scene();
@@ -48,7 +48,7 @@ export class Stage {
     scene.add(this.sky = new THREE.HemisphereLight(0xffffff, 0xb9b4ac, this.weak ? 0.9 : 0.35));
     const sun = this.sun = new THREE.DirectionalLight(0xfff1e0, 1.5), rim = this.rim = new THREE.DirectionalLight(0xcfe0ff, 0.55);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(this.weak ? 512 : 2048, this.weak ? 512 : 2048);
+    sun.shadow.mapSize.set(2048, 2048);
     Object.assign(sun.shadow.camera, { left: -1.8, right: 1.8, top: 1.8, bottom: -1.8, near: 0.5, far: 12 });
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = 0.02;
@@ -71,6 +71,7 @@ export class Stage {
     const floor = this.floor = new THREE.Mesh(new THREE.PlaneGeometry(2 * SHADED, 2 * SHADED), new THREE.ShadowMaterial({ opacity: 0.3 }));
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
+    floor.visible = !this.weak;
     floor.material.depthWrite = false;
     this.spot = new THREE.MeshBasicMaterial({ map: blot(), transparent: true, opacity: 0.4, depthWrite: false });
     this.light = new THREE.GridHelper(80, 80, 0x8a949d, 0xa9b2ba);
@@ -192,7 +193,7 @@ export class Stage {
     actor.contact = new THREE.Mesh(new THREE.PlaneGeometry(0.9, 0.9), this.spot);
     actor.contact.rotation.x = -Math.PI / 2;
     this.scene.add(actor.model, actor.contact);
-    this.pace.dress(actor);
+    if (this.weak) actor.bendHere();
   }
 
   leave(actor) { this.scene.remove(actor.model, actor.contact); }
@@ -336,6 +337,7 @@ export class Stage {
     const [x, , z] = this.place;
     if (Math.hypot(x, z) > FAR && !actor.live) this.shift(-Math.round(x), -Math.round(z));
     this.speaking = Boolean(actor && this.speech.show(now / 1000));
+    for (const one of this.actors) one.bend();
     const share = 1 - Math.exp(-4 * passed), all = this.actors, middle = axis => all.length ? all.reduce((sum, one) => sum + one.pose.place[axis], 0) / all.length : 0;
     center.x += (middle(0) - center.x) * share;
     center.z += (middle(2) - center.z) * share;

@@ -77,7 +77,9 @@ class _Trunk:
         normals = np.einsum(
             "tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own]
         )
-        return cls(points, normals, [cKDTree(frame, 32, False, balanced_tree=False) for frame in points])
+        return cls(
+            points, normals, [cKDTree(frame, 32, False, balanced_tree=False) for frame in points]
+        )
 
 
 @dataclass(frozen=True)

@@ -33,10 +33,11 @@ def acts(desk: Desk, photo_of: Callable[[Request], Photo]) -> list[Route]:
     async def play(request: Request) -> Response:
         sample = request.path_params["id"] == SAMPLE
         photo = None if sample else photo_of(request)
-        wish = Wish.of((await read_json(request)).get("wish"))
+        said = await read_json(request)
+        wish, first = Wish.of(said.get("wish")), said.get("first") is True
         if wish.clip and (photo is None or not photo.clip):
             raise InputError("this person has no video with a motion yet; send one first")
-        return Told(await desk.cast.play(photo, wish))
+        return Told(await desk.cast.play(photo, wish, first=first))
 
     async def still(request: Request) -> Response:
         photo, said = photo_of(request), await read_json(request)

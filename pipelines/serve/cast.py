@@ -89,8 +89,8 @@ class Cast:
         done: dict[str, Any] = answer["done"]
         return done
 
-    async def play(self, photo: Photo | None, wish: Wish) -> dict[str, Any]:
-        """Return what a person does; the sample person does it without a photo.
+    async def play(self, photo: Photo | None, wish: Wish, *, first: bool = False) -> dict[str, Any]:
+        """Return what a person does, or the `first` second; the sample person needs no photo.
 
         See `pipelines.serve.figure.play`.
 
@@ -108,7 +108,7 @@ class Cast:
             files = {"folder": "", "clip": self._clip(None, wish), "cache": self._cache}
             if photo is not None:
                 files = self.person_task(photo, wish)
-            task = {**files, "task": "play", "wish": wish.said()}
+            task = {**files, "task": "play", "wish": wish.said(), "first": first}
             if wish.clip:
                 return await self.serve(photo, task, self.builder, COPY_SECONDS)
             return await self.serve(photo, task, self.player, PLAY_SECONDS)

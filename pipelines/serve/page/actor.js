@@ -80,6 +80,9 @@ export class Actor {
     this.live = null;
   }
 
+  /** Go over to the whole of a clip whose beginning is played. */
+  lengthen(short, whole) { for (const act of this.acts) if (act.clip === short) act.whole = whole; }
+
   get acting() { return this.acts.length ? this.acts.at(-1).clip : null; }
 
   /** Where the newest act began to face, radians. */
@@ -108,9 +111,15 @@ export class Actor {
     const { pose, other } = this;
     for (const act of this.acts) { act.time += passed; act.since += passed; }
     let now = this.acts.at(-1);
+    if (now.whole && now.since >= BLEND) {
+      const clip = now.whole;
+      this.acts = [now, { ...now, clip, whole: null, since: 0, first: clip.bones.slice(0, 4), from: [clip.place[0], clip.place[2]] }];
+      now = this.acts[1];
+    }
     const length = (now.clip.frames - 1) / now.clip.fps;
     if (now.time >= length) {
-      if (now.cycle) now.time %= Math.max(length, 1e-3);
+      if (now.clip.short) now.time = length;  // the whole is on its way
+      else if (now.cycle) now.time %= Math.max(length, 1e-3);
       else { this.posed({ ...now, time: length }, pose); now.time = length; this.act(now.clip); now = this.acts.at(-1); }
     }
     this.posed(now, pose);

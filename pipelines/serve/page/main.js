@@ -16,6 +16,7 @@ import { ask, byId, duration, make, say, size } from "./tools.js";
 const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["outline", ...SHAPES, "moving"];
 const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: "Colors", moving: "Alive" };
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
+const LONG = 2;  // seconds of a motion whose beginning is asked for first
 const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let choices = null, state = { photos: [], jobs: [], motions: [] }, stage = null;
@@ -200,6 +201,13 @@ async function motionOf(wish) {
   try { return await kept.get(key); } catch (error) { kept.delete(key); throw error; }
 }
 
+/** The beginning of a motion that is not known yet, which the server sends before the whole. */
+async function firstOf(wish) {
+  const who = acting();
+  if (wish.clip || wish.motion || wish.seconds < LONG || kept.has(JSON.stringify([who, wish]))) return null;
+  return { ...unpacked(await ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish, first: true }) })), short: true };
+}
+
 let turn = 0;
 
 /** Whether the server works for the stage, which draws less meanwhile. */
@@ -218,10 +226,13 @@ async function perform(wish = performance_.wish(), hovering = false) {
   working(true);
   if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
   try {
-    const motion = await motionOf(wish);
+    const first = firstOf(wish), whole = motionOf(wish);
+    whole.catch(() => {});
+    const motion = await first || await whole;
     if (own !== turn) return;
     if (!hovering) stage.plays = true;
     stage.act(motion);
+    if (motion.short) whole.then(long => stage.lengthen(motion, long)).catch(error => { if (own === turn) say(problem, error.message); });
     byId("doing").textContent = hovering ? "" : performance_.words();
     document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
   } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }

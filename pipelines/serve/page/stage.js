@@ -200,6 +200,8 @@ export class Stage {
 
   act(clip) { this.alone(); this.actor.act(clip); }
 
+  lengthen(short, whole) { if (this.actor) this.actor.lengthen(short, whole); }
+
   wait() { this.alone(); if (this.actor) this.actor.act(this.actor.waiting, true); }
 
   get acting() { return this.actor && this.actor.acting; }

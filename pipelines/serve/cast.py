@@ -121,6 +121,14 @@ class Cast:
             with contextlib.suppress(InputError):  # a later request for a motion reports it
                 await self.serve(None, {"task": "ready"}, self.player)
 
+    async def prepare(self) -> None:
+        """Load what a new person needs while the photo is chosen."""
+        for child in (self.looker, self.builder):
+            if not child.alive:
+                task = {"task": "prepare", "detectors": child is self.looker}
+                with contextlib.suppress(InputError):  # the photo itself reports it
+                    await self.serve(None, task, child)
+
     async def still(self, photo: Photo, wish: Wish) -> dict[str, Any]:
         """Draw a frame of a film as it will look.
 

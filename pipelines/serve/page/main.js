@@ -17,6 +17,8 @@ const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["out
 const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: "Colors", moving: "Alive" };
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
 const LONG = 2;  // seconds of a motion whose beginning is asked for first
+const PREPARED = 60000;  // milliseconds for which the server stays prepared for a photo
+const PAUSE = 250;  // milliseconds from the beginning until the whole is asked for
 const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let choices = null, state = { photos: [], jobs: [], motions: [] }, stage = null;
@@ -160,11 +162,20 @@ async function bring(photo) {
   if (shown) await stage.form(`photos/${id}/stage_${shown}.bin?${Date.now()}`).catch(() => {});
 }
 
+/** A photo is about to come: the server loads what finds people. */
+function prepare() {
+  if (performance.now() < prepare.until) return;
+  prepare.until = performance.now() + PREPARED;
+  ask("api/prepare", { method: "POST" }).catch(() => {});
+}
+prepare.until = 0;
+for (const item of [document.querySelector("label[for=file]"), byId("file"), byId("camera")]) for (const name of ["pointerenter", "focus", "click"]) item.addEventListener(name, prepare);
 byId("file").onchange = () => { const [file] = byId("file").files; upload(file, file && file.name); byId("file").value = ""; };
 for (const name of ["dragover", "drop", "dragleave"]) {
   document.addEventListener(name, event => {
     if (!event.dataTransfer || ![...event.dataTransfer.types].includes("Files")) return;
     event.preventDefault();
+    if (name === "dragover") prepare();
     byId("drop").classList.toggle("over", name === "dragover");
     const dropped = name === "drop" && event.dataTransfer.files[0];
     if (dropped) upload(dropped, dropped.name);
@@ -192,20 +203,27 @@ new Camera(byId("camera"), blob => upload(blob, "camera"));
 const performance_ = new Performance(() => perform());
 const kept = new Map();  // motions by who does what
 
-async function motionOf(wish) {
-  const who = acting(), key = JSON.stringify([who, wish]);
+/** What a person does, or its `first` second, which the server sends sooner. */
+async function motionOf(wish, first = false) {
+  const who = acting(), key = JSON.stringify([who, wish, first]);
   if (!kept.has(key)) {
-    kept.set(key, ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish }) }).then(unpacked));
+    const told = ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish, first }) });
+    kept.set(key, told.then(unpacked).then(motion => ({ ...motion, short: first })));
     if (kept.size > KEPT) kept.delete(kept.keys().next().value);
   }
   try { return await kept.get(key); } catch (error) { kept.delete(key); throw error; }
 }
 
-/** The beginning of a motion that is not known yet, which the server sends before the whole. */
-async function firstOf(wish) {
-  const who = acting();
-  if (wish.clip || wish.motion || wish.seconds < LONG || kept.has(JSON.stringify([who, wish]))) return null;
-  return { ...unpacked(await ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish, first: true }) })), short: true };
+/** Whether the beginning of a motion is asked for before the whole. */
+function begins(wish) {
+  return !wish.clip && !wish.motion && wish.seconds >= LONG && !kept.has(JSON.stringify([acting(), wish, false]));
+}
+
+/** Let the whole follow its beginning, unless something else is wanted meanwhile. */
+async function lengthen(first, wish, own) {
+  await new Promise(done => setTimeout(done, PAUSE));
+  if (own !== turn) return;
+  try { stage.lengthen(first, await motionOf(wish)); } catch (error) { if (own === turn) say(byId("act-problem"), error.message); }
 }
 
 let turn = 0;
@@ -226,13 +244,11 @@ async function perform(wish = performance_.wish(), hovering = false) {
   working(true);
   if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
   try {
-    const first = firstOf(wish), whole = motionOf(wish);
-    whole.catch(() => {});
-    const motion = await first || await whole;
+    const motion = await motionOf(wish, begins(wish));
     if (own !== turn) return;
     if (!hovering) stage.plays = true;
     stage.act(motion);
-    if (motion.short) whole.then(long => stage.lengthen(motion, long)).catch(error => { if (own === turn) say(problem, error.message); });
+    if (motion.short) lengthen(motion, wish, own);
     byId("doing").textContent = hovering ? "" : performance_.words();
     document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
   } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }
@@ -246,7 +262,7 @@ async function compare() {
   say(byId("act-problem"), "");
   working(true);
   try {
-    const motions = await Promise.all(wishes.map(motionOf));
+    const motions = await Promise.all(wishes.map(wish => motionOf(wish)));
     if (own !== turn) return;
     const choose = index => performance_.change({ seed: seeds[index] });
     stage.plays = true;

@@ -45,6 +45,8 @@ FIRST_SECONDS = 1.2
 """Length of the beginning of a motion that is sent before the whole motion."""
 AHEAD_SECONDS = 0.3
 """What is carried over beyond that beginning, since the last frames lack what comes after them."""
+LEVELED = ("humanact12", "ntu_vibe")
+"""Skeletons whose clips are turned upright as a whole, so that their beginning needs all of it."""
 QUATS = 32767
 """Steps from 0 to 1 of a sent quaternion's parts."""
 MOTIONS = (".bvh", ".npz")
@@ -136,7 +138,7 @@ def performed(
         direction=asked["direction"],
     )
     blinks = blinking(motion.frames, fps, asked["blink"])
-    if first and not edit.loop:
+    if first and not edit.loop and motion.skeleton not in LEVELED:
         motion = _beginning(motion, round((FIRST_SECONDS + AHEAD_SECONDS) * fps))
     moves = retarget_edited(motion, body, edit, settings=asked["retarget"])
     if first:

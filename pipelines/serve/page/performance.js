@@ -123,7 +123,7 @@ export class Performance {
     const label = make("label", {}, `Seconds of ${part.title}`), length = make("input", { type: "number", min: LEAST, max: MOST, step: 0.5, value: part.seconds, inputMode: "decimal" });
     length.onchange = () => edit({ seconds: Math.min(MOST, Math.max(LEAST, Number(length.value) || SECONDS)) });
     label.append(length);
-    const tempo = make("label", {}, "Tempo of it"), speed = make("select");
+    const tempo = make("label", {}, "Its tempo"), speed = make("select");
     speed.append(...Object.keys(TEMPI).sort().map(key => new Option(TEMPI[key], key)));
     speed.value = String(part.speed || 1);
     speed.onchange = () => edit({ speed: Number(speed.value) });

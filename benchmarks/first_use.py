@@ -36,6 +36,8 @@ FLAGS = (
 LIMIT = 3600.0
 """Seconds after which the use of the page is given up."""
 POLL_MILLISECONDS = 200
+CHOOSING_MILLISECONDS = 5000
+"""Time in which a person finds a file in the dialog."""
 MADE = "body[data-person]:not([data-person=sample])"
 """Selector: the person of the photo stands on the stage."""
 COUNT_CLICKS = """addEventListener("pointerdown", event => {
@@ -125,6 +127,7 @@ def use(
     note("sample person moves")
     with page.expect_file_chooser() as chooser:
         page.locator("label[for=file]").click()
+    page.wait_for_timeout(CHOOSING_MILLISECONDS)
     chooser.value.set_files(photo)
     until("#shown[src]", "sending")
     note("photo is shown")

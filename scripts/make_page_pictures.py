@@ -124,6 +124,11 @@ def person(path: Path) -> None:
     write_figure(path, engine_ready(ready.character, SMALL), ready.body, quality=80)
 
 
+KEEP_DRAWN = """const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, how) { return get.call(this, kind, { ...how, preserveDrawingBuffer: true }); };"""
+"""Script: a canvas can be read after it was drawn."""
+
+
 def poster(scheme: Scheme) -> Image.Image:
     """The stage with the sample person as a browser draws it, before the viewer is loaded."""
     from playwright.sync_api import sync_playwright
@@ -140,6 +145,7 @@ def poster(scheme: Scheme) -> Image.Image:
         page = browser.new_page(
             viewport={"width": 1440, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
         )
+        page.add_init_script(KEEP_DRAWN)
         page.goto(address)
         page.locator("body[data-person]").wait_for(timeout=120_000)
         page.wait_for_timeout(3000)

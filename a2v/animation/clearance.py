@@ -77,7 +77,9 @@ class _Trunk:
         normals = np.einsum(
             "tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own]
         )
-        return cls(points, normals, [cKDTree(frame) for frame in points])
+        return cls(
+            points, normals, [cKDTree(frame, 32, False, balanced_tree=False) for frame in points]
+        )
 
 
 @dataclass(frozen=True)
@@ -147,22 +149,21 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
     chest = (rig.chains["spine"] or [rig.bones["pelvis"]])[-1]
     axes = transforms[:, chest, :3, :3] @ rig.rest[chest].T
     out, turned = transforms, np.zeros((len(transforms), 4))
+    moved, skin = np.arange(len(out)), place(arm.skin, out)
+    depth, normal = _depths(trunk, moved, skin)
     ways: FloatArray | None = None
     for _ in range(_ROUNDS):
-        skin = place(arm.skin, out)
-        depth, normal = (
-            np.stack(part)
-            for part in zip(
-                *(_depths(trunk, t, points) for t, points in enumerate(skin)), strict=True
-            )
-        )
         if depth.max() <= _FLESH:
             break
         if ways is None:
             ways = _ways_out(depth, normal, axes, 1.0 if arm.left else -1.0)
         planes = _half_spaces(out, arm, axes, skin, (depth, normal), ways)
+        before = turned
         turned = _limited(smooth_turns(*planes, turned, fps), _bend_of(transforms, arm)[0])
         out = _turned(transforms, arm, axes, turned)
+        moved = np.flatnonzero((turned != before).any(1))
+        skin[moved] = place(arm.skin, out[moved])
+        depth[moved], normal[moved] = _depths(trunk, moved, skin[moved])
     return out
 
 
@@ -173,26 +174,30 @@ def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
     for column, side in enumerate(SIDES):
         arm = _Arm.of(rig, side)
         if trunk.points.shape[1] and len(arm.skin[0]):
-            for t, skin in enumerate(place(arm.skin, transforms)):
-                depth[t, column] = max(0.0, float(_depths(trunk, t, skin)[0].max()))
+            found = _depths(trunk, np.arange(len(depth)), place(arm.skin, transforms))[0]
+            depth[:, column] = np.maximum(found.max(1), 0)
     return depth
 
 
-def _depths(trunk: _Trunk, t: int, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Depth (A,) of an arm's `skin` (A, 3) at frame `t` behind the tangent planes of the trunk's
-    nearest points, and the planes' normals (A, 3)."""
-    away, nearest = trunk.trees[t].query(skin, k=3, distance_upper_bound=_REACH)
+def _depths(trunk: _Trunk, frames: IntArray, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Depth (F, A) of an arm's `skin` (F, A, 3) in `frames` (F,) behind the tangent planes of the
+    trunk's nearest points, and the planes' normals (F, A, 3)."""
+    found = [
+        trunk.trees[t].query(points, k=3, distance_upper_bound=_REACH)
+        for t, points in zip(frames, skin, strict=True)
+    ]
+    away = np.reshape([each for each, _ in found], (*skin.shape[:2], 3))
+    nearest = np.reshape([each for _, each in found], away.shape)
+    depth, out = np.full(skin.shape[:2], -np.inf), np.zeros(skin.shape)
+    row, one = np.nonzero(np.isfinite(away[..., 0]))  # the others are near no skin
+    away, nearest, t = away[row, one], nearest[row, one], frames[row, None]
     known = np.isfinite(away)
     nearest = np.where(known, nearest, 0)
     weight = np.where(known, 1 / (away + 0.01) ** 2, 0.0)
-    point, normal = trunk.points[t][nearest], trunk.normals[t][nearest]
-    behind = -((skin[:, None] - point) * normal).sum(-1)
-    total = weight.sum(1)
-    near = total > 0
-    depth = np.where(
-        near, (np.where(known, behind, 0) * weight).sum(1) / np.where(near, total, 1), -np.inf
-    )
-    out = (normal * weight[..., None]).sum(1)
+    point, normal = trunk.points[t, nearest], trunk.normals[t, nearest]
+    behind = -((skin[row, one, None] - point) * normal).sum(-1)
+    depth[row, one] = (np.where(known, behind, 0) * weight).sum(1) / weight.sum(1)
+    out[row, one] = (normal * weight[..., None]).sum(1)
     return depth, out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
 
 

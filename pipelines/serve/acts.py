@@ -3,8 +3,9 @@ other tools."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
+from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -27,16 +28,26 @@ FORMATS = (".glb", ".fbx", ".usdz", ".html", ".bvh", ".npz")
 """Formats of files for other tools that the page offers; the last two hold a motion alone."""
 
 
-def acts(desk: Desk, photo_of: Callable[[Request], Photo]) -> list[Route]:
-    """Return the routes below the token. `photo_of` finds the photo of a request."""
+def acts(
+    desk: Desk,
+    photo_of: Callable[[Request], Photo],
+    meanwhile: Callable[[Coroutine[Any, Any, None]], None],
+) -> list[Route]:
+    """Return the routes below the token. `photo_of` finds the photo of a request, `meanwhile`
+    starts what no request waits for."""
 
     async def play(request: Request) -> Response:
         sample = request.path_params["id"] == SAMPLE
         photo = None if sample else photo_of(request)
-        wish = Wish.of((await read_json(request)).get("wish"))
+        said = await read_json(request)
+        wish, first = Wish.of(said.get("wish")), said.get("first") is True
         if wish.clip and (photo is None or not photo.clip):
             raise InputError("this person has no video with a motion yet; send one first")
-        return Told(await desk.cast.play(photo, wish))
+        return Told(await desk.cast.play(photo, wish, first=first))
+
+    async def prepare(request: Request) -> Response:
+        meanwhile(desk.cast.prepare())
+        return Told({})
 
     async def still(request: Request) -> Response:
         photo, said = photo_of(request), await read_json(request)
@@ -68,6 +79,7 @@ def acts(desk: Desk, photo_of: Callable[[Request], Photo]) -> list[Route]:
         return Told({})
 
     return [
+        Route("/api/prepare", prepare, methods=["POST"]),
         Route("/api/motions", take_motion, methods=["POST"]),
         Route("/api/motions/{id}", remove_motion, methods=["DELETE"]),
         Route("/api/people/{id}/play", play, methods=["POST"]),

@@ -106,7 +106,7 @@ class Handlers:
             Route("/api/jobs/{id}/cancel", self.cancel, methods=post),
             Route("/api/jobs/{id}/again", self.again, methods=post),
             *self._live.routes(self._photo),
-            *acts(self._desk, self._photo),
+            *acts(self._desk, self._photo, self._meanwhile),
             Route("/photos/{id}/{name:path}", self.photo_file, methods=get),
             Route("/jobs/{id}/all.zip", self.everything, methods=get),
             Route("/jobs/{id}/{name:path}", self.job_file, methods=get),

@@ -89,8 +89,8 @@ class Cast:
         done: dict[str, Any] = answer["done"]
         return done
 
-    async def play(self, photo: Photo | None, wish: Wish) -> dict[str, Any]:
-        """Return what a person does; the sample person does it without a photo.
+    async def play(self, photo: Photo | None, wish: Wish, *, first: bool = False) -> dict[str, Any]:
+        """Return what a person does, or the `first` second; the sample person needs no photo.
 
         See `pipelines.serve.figure.play`.
 
@@ -108,7 +108,7 @@ class Cast:
             files = {"folder": "", "clip": self._clip(None, wish), "cache": self._cache}
             if photo is not None:
                 files = self.person_task(photo, wish)
-            task = {**files, "task": "play", "wish": wish.said()}
+            task = {**files, "task": "play", "wish": wish.said(), "first": first}
             if wish.clip:
                 return await self.serve(photo, task, self.builder, COPY_SECONDS)
             return await self.serve(photo, task, self.player, PLAY_SECONDS)
@@ -120,6 +120,14 @@ class Cast:
         if not self.player.alive:
             with contextlib.suppress(InputError):  # a later request for a motion reports it
                 await self.serve(None, {"task": "ready"}, self.player)
+
+    async def prepare(self) -> None:
+        """Load what a new person needs while the photo is chosen."""
+        for child in (self.looker, self.builder):
+            if not child.alive:
+                task = {"task": "prepare", "detectors": child is self.looker}
+                with contextlib.suppress(InputError):  # the photo itself reports it
+                    await self.serve(None, task, child)
 
     async def still(self, photo: Photo, wish: Wish) -> dict[str, Any]:
         """Draw a frame of a film as it will look.

@@ -41,6 +41,12 @@ IDLE_SECONDS = 6.0
 """Length of the cycle in which a person waits."""
 STILL_SIZE = 360
 """Height in pixels of the still of a film."""
+FIRST_SECONDS = 1.2
+"""Length of the beginning of a motion that is sent before the whole motion."""
+AHEAD_SECONDS = 0.3
+"""What is carried over beyond that beginning, since the last frames lack what comes after them."""
+LEVELED = ("humanact12", "ntu_vibe")
+"""Skeletons whose clips are turned upright as a whole, so that their beginning needs all of it."""
 QUATS = 32767
 """Steps from 0 to 1 of a sent quaternion's parts."""
 MOTIONS = (".bvh", ".npz")
@@ -105,11 +111,12 @@ def write_figure(path: Path, character: Character, body: Body, quality: int = 90
 
 
 def performed(
-    resolved: ResolvedMotion, body: Body
+    resolved: ResolvedMotion, body: Body, *, first: bool = False
 ) -> tuple[FloatArray, Mapping[str, FloatArray], float]:
     """Return a generated motion on a body: what the nodes `motion` and `poses` return.
 
-    Nothing is stored, so that it takes a fraction of a second.
+    Nothing is stored, so that it takes a fraction of a second. With `first` it is only the
+    beginning, `FIRST_SECONDS` long, whose last frames differ a little from those of the whole.
 
     Returns
     -------
@@ -130,8 +137,21 @@ def performed(
         edit=edit,
         direction=asked["direction"],
     )
+    blinks = blinking(motion.frames, fps, asked["blink"])
+    if first and not edit.loop and motion.skeleton not in LEVELED:
+        motion = _beginning(motion, round((FIRST_SECONDS + AHEAD_SECONDS) * fps))
     moves = retarget_edited(motion, body, edit, settings=asked["retarget"])
-    return moves, blinking(len(moves), fps, asked["blink"]), fps
+    if first:
+        moves = moves[: max(2, round(FIRST_SECONDS * fps))]
+    return moves, {name: own[: len(moves)] for name, own in blinks.items()}, fps
+
+
+def _beginning(motion: Motion, frames: int) -> Motion:
+    """Return the first frames of a clip."""
+    joints, rotations, root = (
+        part[:frames] for part in (motion.joints, motion.rotations, motion.root)
+    )
+    return dataclasses.replace(motion, joints=joints, rotations=rotations, root=root)
 
 
 @functools.lru_cache(maxsize=4)
@@ -175,7 +195,7 @@ def play(task: Mapping[str, Any]) -> dict[str, object]:
     dict
         "fps"; "frames"; "bones": quaternions x, y, z, w of all bones in their parents, whole
         numbers of 16 bits in base64; "place" of the first bone, meters; "face": strengths by
-        expression.
+        expression. With "first" in the task, only the beginning of a generated motion.
     """
     from a2v.formats.characters import parent_from_bone
     from a2v.kinematics import rotmat_to_quat
@@ -186,7 +206,7 @@ def play(task: Mapping[str, Any]) -> dict[str, object]:
         poses = copied(request, body, task["cache"])
         moves, faces, fps = poses.bone_transforms, poses.expressions, poses.fps
     else:
-        moves, faces, fps = performed(request.motion.resolve(), body)
+        moves, faces, fps = performed(request.motion.resolve(), body, first=bool(task.get("first")))
     local = parent_from_bone(np.asarray(moves, np.float64), body.bone_parents)
     quats = rotmat_to_quat(local[..., :3, :3])[..., [1, 2, 3, 0]]
     whole = np.round(np.clip(quats, -1, 1) * QUATS).astype("<i2")

@@ -5,6 +5,7 @@ Models loaded for one task are reused for the next.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
     from a2v.types import Subject
 
+SPARSE = 3
+"""Every such pixel of the sample photo is looked at to load the detectors."""
 CLEAR = 0.5
 """Confidence from which a landmark counts as seen."""
 LEAST_CLEAR = 6
@@ -115,6 +118,21 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
         "digest": parameters["photo"].digest,
         "people": people,
     }
+
+
+def prepare(detectors: bool) -> dict[str, object]:
+    """Load the body and, with `detectors`, what finds a person, before a photo arrives."""
+    from a2v.body import load_body_model
+
+    load_body_model()
+    if detectors:
+        from a2v.perception import decode_photo, find_person
+        from a2v.sessions import WEIGHTS
+
+        path = WEIGHTS.parent / "samples" / "person.jpg"
+        with contextlib.suppress(InputError):  # too small to be found, but all is loaded
+            find_person(decode_photo(path.read_bytes(), path.name)[::SPARSE, ::SPARSE].copy())
+    return {}
 
 
 def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
@@ -216,6 +234,8 @@ def serve(
     if task["task"] == "ready":  # loads the sample's body, and what motions need
         play({"folder": "", "clip": None, "wish": Wish(action=IDLE).said(), "cache": None})
         return {}
+    if task["task"] == "prepare":
+        return prepare(bool(task["detectors"]))
     if task["task"] == "still":
         return still(task)
     if task["task"] == "export":

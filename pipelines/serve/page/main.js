@@ -1,4 +1,5 @@
 // The page: people, what they do, and the state of the server, which it requests repeatedly; text from outside never becomes markup.
+import { unpacked } from "./actor.js";
 import { Camera } from "./camera.js";
 import { Clip } from "./clip.js";
 import { Exporter } from "./export.js";
@@ -9,12 +10,15 @@ import { liveControls } from "./live.js";
 import { Motions } from "./motions.js";
 import { Performance } from "./performance.js";
 import { PhotoPanel, gradeOf } from "./photo.js";
-import { Stage, unpacked } from "./stage.js";
+import { Stage } from "./stage.js";
 import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const SAMPLE = "sample", SHAPES = ["body", "surface", "textured"], STEPS = ["outline", ...SHAPES, "moving"];
 const WORDS = { outline: "Outline", body: "Body", surface: "Surface", textured: "Colors", moving: "Alive" };
 const MOST_POINTS = 20, KEPT = 40, HOVER = 140;
+const LONG = 2;  // seconds of a motion whose beginning is asked for first
+const PREPARED = 60000;  // milliseconds for which the server stays prepared for a photo
+const PAUSE = 250;  // milliseconds from the beginning until the whole is asked for
 const GRAVE = /expect a wrong|not understood|does not match/;
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let choices = null, state = { photos: [], jobs: [], motions: [] }, stage = null;
@@ -158,11 +162,20 @@ async function bring(photo) {
   if (shown) await stage.form(`photos/${id}/stage_${shown}.bin?${Date.now()}`).catch(() => {});
 }
 
+/** A photo is about to come: the server loads what finds people. */
+function prepare() {
+  if (performance.now() < prepare.until) return;
+  prepare.until = performance.now() + PREPARED;
+  ask("api/prepare", { method: "POST" }).catch(() => {});
+}
+prepare.until = 0;
+for (const item of [document.querySelector("label[for=file]"), byId("file"), byId("camera")]) for (const name of ["pointerenter", "focus", "click"]) item.addEventListener(name, prepare);
 byId("file").onchange = () => { const [file] = byId("file").files; upload(file, file && file.name); byId("file").value = ""; };
 for (const name of ["dragover", "drop", "dragleave"]) {
   document.addEventListener(name, event => {
     if (!event.dataTransfer || ![...event.dataTransfer.types].includes("Files")) return;
     event.preventDefault();
+    if (name === "dragover") prepare();
     byId("drop").classList.toggle("over", name === "dragover");
     const dropped = name === "drop" && event.dataTransfer.files[0];
     if (dropped) upload(dropped, dropped.name);
@@ -190,33 +203,78 @@ new Camera(byId("camera"), blob => upload(blob, "camera"));
 const performance_ = new Performance(() => perform());
 const kept = new Map();  // motions by who does what
 
-async function motionOf(wish) {
-  const who = acting(), key = JSON.stringify([who, wish]);
+/** What a person does, or its `first` second, which the server sends sooner. */
+async function motionOf(wish, first = false) {
+  const who = acting(), key = JSON.stringify([who, wish, first]);
   if (!kept.has(key)) {
-    kept.set(key, ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish }) }).then(unpacked));
+    const told = ask(`api/people/${who}/play`, { method: "POST", body: JSON.stringify({ wish, first }) });
+    kept.set(key, told.then(unpacked).then(motion => ({ ...motion, short: first })));
     if (kept.size > KEPT) kept.delete(kept.keys().next().value);
   }
   try { return await kept.get(key); } catch (error) { kept.delete(key); throw error; }
 }
 
+/** Whether the beginning of a motion is asked for before the whole. */
+function begins(wish) {
+  return !wish.clip && !wish.motion && wish.seconds >= LONG && !kept.has(JSON.stringify([acting(), wish, false]));
+}
+
+/** Let the whole follow its beginning, unless something else is wanted meanwhile. */
+async function lengthen(first, wish, own) {
+  await new Promise(done => setTimeout(done, PAUSE));
+  if (own !== turn) return;
+  try { stage.lengthen(first, await motionOf(wish)); } catch (error) { if (own === turn) say(byId("act-problem"), error.message); }
+}
+
 let turn = 0;
+
+/** Whether the server works for the stage, which draws less meanwhile. */
+function working(on) {
+  if (on) byId("stage").setAttribute("aria-busy", "true"); else byId("stage").removeAttribute("aria-busy");
+  if (stage) stage.pace.rest(on);
+}
+
 async function perform(wish = performance_.wish(), hovering = false) {
   const own = ++turn, problem = byId("act-problem");
+  byId("takes").hidden = true;
   if (!hovering) { say(problem, ""); stage && stage.showPath(performance_.path.length ? performance_.path : []); }
   if (!stage || !acting()) return;
+  working(false);
   if (!wish) { byId("doing").textContent = ""; if (stage.acting !== stage.waiting) stage.wait(); return; }
-  byId("stage").setAttribute("aria-busy", "true");
+  working(true);
   if (wish.clip) byId("doing").textContent = "Copying the motion of the video…";
   try {
-    const motion = await motionOf(wish);
+    const motion = await motionOf(wish, begins(wish));
     if (own !== turn) return;
     if (!hovering) stage.plays = true;
     stage.act(motion);
+    if (motion.short) lengthen(motion, wish, own);
     byId("doing").textContent = hovering ? "" : performance_.words();
     document.body.dataset.acts = Number(document.body.dataset.acts || 0) + 1;
   } catch (error) { if (own === turn) { byId("doing").textContent = ""; say(problem, error.message); } }
-  byId("stage").removeAttribute("aria-busy");
+  if (own === turn) working(false);
 }
+
+/** Four takes beside each other; one of them is chosen on the stage, by a button or a number. */
+async function compare() {
+  const own = ++turn, wishes = performance_.takes(), box = byId("takes"), seeds = wishes.map(wish => wish.seed);
+  if (!stage || !acting()) return;
+  say(byId("act-problem"), "");
+  working(true);
+  try {
+    const motions = await Promise.all(wishes.map(wish => motionOf(wish)));
+    if (own !== turn) return;
+    const choose = index => performance_.change({ seed: seeds[index] });
+    stage.plays = true;
+    await stage.compare(motions, choose);
+    byId("doing").textContent = "Press the take that you want";
+    box.replaceChildren(...seeds.map((seed, index) => make("button", { type: "button", onclick: () => choose(index) }, index ? `Take ${seed + 1}` : `Take ${seed + 1} (now)`)));
+    box.hidden = false;
+    document.body.dataset.takes = motions.length;
+  } catch (error) { if (own === turn) say(byId("act-problem"), error.message); }
+  if (own === turn) working(false);
+}
+byId("compare").onclick = compare;
 
 const gallery = new Gallery(byId("actions"), entry => { clearTimeout(gallery.timer); performance_.add(entry, byId("append").checked); }, entry => {
   clearTimeout(gallery.timer);
@@ -257,8 +315,8 @@ function showPlay() {
   byId("play").setAttribute("aria-label", stage && stage.plays ? "pause" : "play");
 }
 byId("play").onclick = () => { if (stage) stage.plays = !stage.plays; };
-for (const button of document.querySelectorAll("[data-azimuth]")) button.onclick = () => { if (stage) Object.assign(stage.view, { azimuth: Number(button.dataset.azimuth), elevation: 4 }); };
-byId("face").onclick = () => { if (stage) byId("face").setAttribute("aria-pressed", stage.close = !stage.close); };
+for (const button of document.querySelectorAll("[data-azimuth]")) button.onclick = () => { if (stage) stage.lookFrom({ azimuth: Number(button.dataset.azimuth), elevation: 4 }); };
+byId("face").onclick = () => { if (stage) { stage.close = !stage.close; stage.lookFrom({}); byId("face").setAttribute("aria-pressed", stage.close); } };
 byId("light").onchange = () => { if (stage) stage.look = byId("light").value; };
 byId("speak").onclick = () => { const text = byId("line").value.trim(); if (text && stage) { stage.say(text); document.body.dataset.spoken = text; } };
 byId("line").onkeydown = event => { if (event.key === "Enter") byId("speak").click(); };
@@ -267,10 +325,10 @@ byId("draw").onclick = () => {
   const on = !stage.drawing;
   byId("draw").setAttribute("aria-pressed", on);
   byId("stage").classList.toggle("draws", on);
-  if (on && stage.view.elevation < 35) stage.view.elevation = 45;
+  if (on && stage.view.elevation < 35) stage.lookFrom({ elevation: 45 });
   stage.drawing = on ? points => {
     byId("draw").click();
-    const [x, z] = stage.pose.place.filter((_, axis) => axis !== 1);
+    const [x, , z] = stage.place;
     let line = simpler(points.map(point => [point[0] - x, point[1] - z]));
     while (line.length > MOST_POINTS) line = line.filter((point, index) => index % 2 === 0 || index === line.length - 1);
     performance_.setPath(line.length > 1 ? line : []);
@@ -280,7 +338,9 @@ document.addEventListener("keydown", event => {
   const item = event.target, typed = item.closest("input, select, textarea, dialog, video, summary"), pressed = item.closest("button, a, label, [role=tab]");
   if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typed) { event.preventDefault(); performance_.undo(); return; }
   if (event.ctrlKey || event.metaKey || event.altKey || typed || !stage) return;
-  if (event.key >= "1" && event.key <= "9") gallery.press(Number(event.key) - 1);
+  const take = byId("takes").hidden ? null : byId("takes").children[Number(event.key) - 1];
+  if (take) take.click();
+  else if (event.key >= "1" && event.key <= "9") gallery.press(Number(event.key) - 1);
   else if (event.key === " " && !pressed) { event.preventDefault(); byId("play").click(); }
   else if (item.closest("#stage, body") && !item.closest("#actions, #chips")) {
     const move = { ArrowLeft: [12, 0], ArrowRight: [-12, 0], ArrowUp: [0, 6], ArrowDown: [0, -6] }[event.key];

@@ -1,7 +1,8 @@
 // What the person does: actions in a row, their lengths, tempo, mirror, take and path; every change plays at once and can be undone.
 import { byId, make } from "./tools.js";
 
-const SECONDS = 4, LEAST = 0.5, MOST = 20;
+const SECONDS = 4, LEAST = 0.5, MOST = 20, TAKES = 4;
+const TEMPI = { 0.5: "half", 0.75: "slower", 1: "normal", 1.5: "faster", 2: "double" };
 
 export class Performance {
   /** `changed` hears that something else is to be played. */
@@ -64,10 +65,14 @@ export class Performance {
       return { action: title, seconds: seconds || 10, speed, mirror, ...(motion ? { motion } : { clip: true }) };
     }
     if (!now.parts.length) return null;
-    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0), called = part => part.words || part.action;
+    const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0);
+    const called = part => `${part.words || part.action}${(part.speed || 1) === 1 ? "" : ` at ${part.speed} x speed`}${part.mirror ? " mirrored" : ""}`;
     const action = now.text || (now.parts.length > 1 ? now.parts.map(part => `${called(part)} for ${part.seconds} s`).join(", then ") : called(now.parts[0]));
     return { action, seconds: Math.min(60, seconds), speed, mirror, seed, path: path.map(point => point.map(value => value.toFixed(2)).join(",")).join(" ") };
   }
+
+  /** What the server is asked for to compare takes, the present one first. */
+  takes() { return Array.from({ length: TAKES }, (_, more) => this.wish({ ...this.now, seed: this.now.seed + more })); }
 
   /** The same for one action that is only tried. */
   alone(entry) { return this.wish({ parts: [{ action: entry.name, seconds: SECONDS }], speed: 1, mirror: false, seed: 0, path: [], copied: null }); }
@@ -79,6 +84,7 @@ export class Performance {
     byId("speed").value = String(speed);
     byId("mirror").setAttribute("aria-pressed", mirror);
     byId("take").textContent = seed ? `Another take (${seed + 1})` : "Another take";
+    byId("compare").disabled = !parts.length || Boolean(copied);
     byId("undo").disabled = !this.past.length;
     byId("draw").textContent = path.length ? "Draw another path" : "Draw a path";
     const items = copied ? [recorded(copied)] : parts.map((part, index) => this.chip(part, index));
@@ -89,7 +95,7 @@ export class Performance {
 
   chip(part, index) {
     const item = make("li"), button = make("button", { type: "button", className: "chip", draggable: true });
-    button.append(make("span", {}, part.title), make("small", {}, `${part.seconds} s`));
+    button.append(make("span", {}, part.title), make("small", {}, [`${part.seconds} s`, ...(part.speed && part.speed !== 1 ? [TEMPI[part.speed]] : []), ...(part.mirror ? ["mirrored"] : [])].join(", ")));
     button.style.setProperty("--seconds", part.seconds);
     button.setAttribute("aria-expanded", this.open === index);
     button.onclick = () => { this.open = this.open === index ? -1 : index; this.show(); byId("chips").children[index].firstElementChild.focus(); };
@@ -117,7 +123,14 @@ export class Performance {
     const label = make("label", {}, `Seconds of ${part.title}`), length = make("input", { type: "number", min: LEAST, max: MOST, step: 0.5, value: part.seconds, inputMode: "decimal" });
     length.onchange = () => edit({ seconds: Math.min(MOST, Math.max(LEAST, Number(length.value) || SECONDS)) });
     label.append(length);
-    box.replaceChildren(label, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
+    const tempo = make("label", {}, "Its tempo"), speed = make("select");
+    speed.append(...Object.keys(TEMPI).sort().map(key => new Option(TEMPI[key], key)));
+    speed.value = String(part.speed || 1);
+    speed.onchange = () => edit({ speed: Number(speed.value) });
+    tempo.append(speed);
+    const mirror = act("Mirror it", () => edit({ mirror: !part.mirror }));
+    mirror.setAttribute("aria-pressed", Boolean(part.mirror));
+    box.replaceChildren(label, tempo, mirror, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
       act("Remove", () => { this.open = -1; this.change({ parts: this.parts.filter((_, index) => index !== at) }); }),
       ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, words: "", title: other.title, near: [] }))));
   }

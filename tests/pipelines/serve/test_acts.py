@@ -12,11 +12,12 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.kinematics import quat_to_rotmat
+from a2v.motion.plan import plan_motion
 from a2v.samples import load_ready_person
 from a2v.types import Body
 from pipelines.serve.acts import SAMPLE
 from pipelines.serve.cast import MAX_PLAYING
-from pipelines.serve.figure import BODY, QUATS, body_of, performed, play
+from pipelines.serve.figure import BODY, FIRST_SECONDS, QUATS, body_of, performed, play
 from pipelines.serve.library import Library
 from pipelines.serve.stages import packed
 from pipelines.serve.wishes import Wish
@@ -62,6 +63,26 @@ def test_the_page_gets_what_a_film_shows(action: str, body: Body, server: Server
     assert np.abs(chain - world[..., :3, :3]).max() < 2e-3
     assert np.allclose(np.reshape(told["place"], (-1, 3)), world[:, 0, :3, 3], atol=1e-4)
     assert told["face"]["eyeBlinkLeft"]
+
+
+@pytest.mark.parametrize("action", ["Wave", "Walk", "eat_pie_burger"])
+def test_the_beginning_is_that_of_the_whole(action: str, body: Body) -> None:
+    resolved = Wish(action=action, seconds=4.0).request("photo").motion.resolve()
+    whole, blinks, fps = performed(resolved, body)
+    first, faces, rate = performed(resolved, body, first=True)
+    assert (len(first), rate) == (round(FIRST_SECONDS * fps), fps)
+    assert np.median(np.abs(first - whole[: len(first)])[..., :3, 3].max((1, 2))) < 0.05
+    assert all(np.array_equal(row, blinks[name][: len(row)]) for name, row in faces.items())
+
+
+def test_words_of_the_page_for_a_part_are_kept() -> None:
+    steps = plan_motion(
+        "Walk at 1.5 x speed mirrored for 3 s, then Salsa at 0.5 x speed for 2 s"
+    ).steps
+    assert [(step.speed, step.wishes.mirror, step.seconds) for step in steps] == [
+        (1.5, True, 3.0),
+        (0.5, False, 2.0),
+    ]
 
 
 def test_seed_mirror_and_tempo_change_what_is_played(body: Body) -> None:

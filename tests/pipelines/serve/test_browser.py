@@ -156,7 +156,7 @@ def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
     page.locator("#chips .chip").first.click()
     page.get_by_role("button", name="Later").click()
     expect(page.locator("#doing")).to_have_text("Bow, then Walk")
-    page.get_by_role("button", name="Mirror").click()
+    page.locator("#mirror").click()
     expect(page.locator("#mirror")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="Undo").click()
     page.get_by_role("button", name="Undo").click()
@@ -166,6 +166,35 @@ def test_every_action_plays_at_once(visit: Callable[..., Page]) -> None:
     assert len(asked) >= 4
     page.locator("#action").fill("xyzzy plugh")
     expect(page.locator("#understood.bad")).to_be_visible()
+
+
+def test_a_part_has_its_own_tempo_and_takes_are_compared(visit: Callable[..., Page]) -> None:
+    page = visit()
+    on_stage(page, "sample")
+    wishes: list[dict] = []
+    page.on(
+        "request",
+        lambda one: (
+            wishes.append(json.loads(one.post_data or "")) if one.url.endswith("/play") else None
+        ),
+    )
+    page.locator("#actions button", has_text="Wave").first.click()
+    page.locator("#chips .chip").first.click()
+    page.get_by_label("Its tempo").select_option("faster")
+    page.get_by_role("button", name="Mirror it").click()
+    expect(page.locator("#chips small")).to_have_text("4 s, faster, mirrored")
+    expect(page.locator("#stage")).not_to_have_attribute("aria-busy", "true")
+    assert wishes[-1]["wish"]["action"] == "Wave at 1.5 x speed mirrored"
+    page.locator("#compare").click()
+    expect(page.locator("#takes button")).to_have_count(4)
+    assert {one["wish"]["seed"] for one in wishes} == {0, 1, 2, 3}
+    count = len(wishes)
+    page.locator("#takes button").nth(2).click()
+    expect(page.locator("#takes")).to_be_hidden()
+    expect(page.locator("#take")).to_have_text("Another take (3)")
+    assert len(wishes) == count  # it is known
+    page.locator("#undo").click()
+    expect(page.locator("#take")).to_have_text("Another take")
 
 
 DROP = """([data, name]) => {

@@ -39,6 +39,14 @@ _WHILE = re.compile(r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", r
 _AND = re.compile(r"\s+and\s+", re.IGNORECASE)
 _TO = re.compile(r"\s+(?:in)?to\s+(?:a\s+|an\s+)?", re.IGNORECASE)
 """Between two actions of a transition: "stand to crouch"."""
+_LOOKS = re.compile(
+    r"(?:look|gaz|fac)ing\s+(?:(?:at|to|towards?|into|over)\s+)?(?:the\s+)?"
+    r"(?:camera|left|right|up|down|ahead|back)",
+    re.IGNORECASE,
+)
+"""A gaze, which is a wish and no second action."""
+LONGEST_SERIES = 4
+"""Largest number of names of actions in turn without commas."""
 EXACT = 0.95
 """Score from which a text is taken for the name of an action."""
 
@@ -188,10 +196,10 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
     """Match a part to one action, to two in layers, or to two joined by "and" if both match better
     than one."""
     layers = _WHILE.split(part.text, maxsplit=1)
-    if len(layers) == 2:
+    if len(layers) == 2 and not _LOOKS.fullmatch(layers[1]):
         with contextlib.suppress(UnknownActionError):  # "duck while running" is one action
             return [_layered(part, layers[0], layers[1], vocabulary)]
-    halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
+    halves = [half for half in map(str.strip, _AND.split(part.text, maxsplit=1)) if half]
     whole: _Found | None = None
     refusal: UnknownActionError | None = None
     try:
@@ -204,7 +212,8 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
             return [over]
     if turned := _transition(part, vocabulary):
         return turned
-    if len(halves) == 2 and all(halves) and (whole is None or whole.match.score < EXACT):
+    numbers = all(any(letter.isdigit() for letter in half) for half in halves)
+    if len(halves) == 2 and (whole is None or numbers or whole.match.score < EXACT):
         both = [Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
             found = [one for piece in both for one in _matched(piece, vocabulary)]
@@ -220,6 +229,7 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
             least = min(one.match.score for one in found)
             named = least >= EXACT and len({one.match.action for one in found}) == len(found)
             named = named and whole is not None and "and" not in plain_words(whole.match.action)
+            named = named or all(one.wishes.ends for one in found)  # "turn 90 and walk 3 m"
             if whole is None or named or least > whole.match.score + MARGIN:
                 first = found[0].part
                 kept = Part(
@@ -236,9 +246,14 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
 
 
 def _transition(part: Part, vocabulary: Vocabulary) -> list[_Found]:
-    """Match "stand to crouch", whose two sides are names of actions; empty for all else."""
-    sides = [side.strip() for side in _TO.split(part.text, maxsplit=1)]
-    if len(sides) != 2 or not all(sides) or vocabulary.rank(part.text)[0][1] >= EXACT:
+    """Match "stand to crouch" and "run jump land", whose pieces are names of actions; empty for all
+    else."""
+    sides = [side for side in map(str.strip, _TO.split(part.text, maxsplit=1)) if side]
+    if len(sides) != 2:
+        sides = part.text.split()
+        if not 3 <= len(sides) <= LONGEST_SERIES:
+            return []
+    if vocabulary.rank(part.text)[0][1] >= EXACT:
         return []
     try:
         found = [_single(Part(side, part.without), vocabulary) for side in sides]
@@ -246,7 +261,7 @@ def _transition(part: Part, vocabulary: Vocabulary) -> list[_Found]:
         return []
     if min(one.match.score for one in found) < EXACT:
         return []
-    share = None if part.seconds is None else part.seconds / 2
+    share = None if part.seconds is None else part.seconds / len(found)
     return [replace(one, part=replace(one.part, seconds=share)) for one in found]
 
 

@@ -63,7 +63,8 @@ _NO_COUNT = "hands|arms|legs|feet|fists|knees|fingers|swords|sides|people|friend
 """Words after a number that do not count an action."""
 _METERS = {
     "m": 1.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048,
-    "yard": 0.9144, "km": 1000.0, "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
+    "yard": 0.9144, "km": 1000.0, "kilometer": 1000.0, "kilometre": 1000.0, "mile": 1609.3,
+    "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
 }  # fmt: skip
 _SPEEDS = {
     "m/s": 1.0, "mps": 1.0, "meters per second": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6,
@@ -274,7 +275,7 @@ _RULES: tuple[_Rule, ...] = (
     ),
     _rule(r"\btwice\s+as\s+fast\b", lambda m: {"tempo": 2.0}),
     _rule(
-        rf"\b(?:for\s+|about\s+)?(?P<n>{_N})\s*-?\s*(?P<unit>met(?:er|re)s?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
+        rf"\b(?:for\s+|about\s+)?(?P<n>{_N}|a(?=\s+(?:kilo|mile|met)))\s*-?\s*(?P<unit>(?:kilo)?met(?:er|re)s?|miles?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
         _distance,
     ),
     _rule(
@@ -282,7 +283,7 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"angle": number(m["n"])},
     ),
     _rule(
-        r"\b(?P<kept>turn|rotate|spin)\s+(?P<n>45|90|135|180|270|360)\b",
+        r"\b(?P<kept>(?:turn|rotate|spin)(?:\s+(?:to\s+the\s+)?(?:left|right))?)\s+(?P<n>45|90|135|180|270|360)\b",
         lambda m: {"angle": number(m["n"])},
     ),
     _rule(

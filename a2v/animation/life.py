@@ -81,7 +81,13 @@ class LifeSettings:
 
 
 HEADS = frozenset(
-    ["Sad walk", "Drunk walk", "Angry walk", "Clumsy walk", "Lavish walk", "Walk with wild arms", "Crawl walk", "Sweep the floor", "Mop the floor", "Wash windows", "Reach up", "Pick up and carry", "Climb a ladder", "Climb steps", "Cat", "Dog", "Elephant", "Chicken", "Panda", "Roadrunner", "Dragon", "Genie", "Fish", "Whale", "Hummingbird"]
+    [
+        "Sad walk", "Drunk walk", "Angry walk", "Clumsy walk", "Lavish walk",
+        "Walk with wild arms", "Crawl walk", "Sweep the floor", "Mop the floor", "Wash windows",
+        "Reach up", "Pick up and carry", "Climb a ladder", "Climb steps", "Cat", "Dog",
+        "Elephant", "Chicken", "Panda", "Roadrunner", "Dragon", "Genie", "Fish", "Whale",
+        "Hummingbird",
+    ]
 )  # fmt: skip
 """Actions whose heads act, so that their bows are not levelled: in CMU's recordings the neck is
 inclined by 20 degrees more than the same person's usual one, or moves by 30 within five seconds."""

@@ -93,10 +93,11 @@ def frame(
     backdrop: Ref[Blob] | None,
     look: LookSettings,
     props: Ref[Props],
+    things: Ref[Vertices],
 ) -> Ref[Image]:
-    """Render one frame of one view, with what a climbing person stands on."""
+    """Render one frame of one view, with what a person stands on, sits on and holds."""
     renderer = _renderer(current().address, character, frame_settings, backdrop, look, props)
-    moved = np.concatenate([get(vertices, Vertices).vertices, get(props, Props).vertices])
+    moved = np.concatenate([get(vertices, Vertices).vertices, get(things, Vertices).vertices])
     return put(Image.of(renderer.render(moved, get(camera, ViewCamera))))
 
 

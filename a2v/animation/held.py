@@ -33,6 +33,10 @@ BALL = 0.055
 """Radius of a ball that is thrown, meters."""
 BOX = (0.3, 0.26)
 """Height and depth of a box, meters."""
+BENDS = 0.8
+"""Hands that go below this multiple of their first height bend for the box."""
+STAND = 0.1
+"""Height in meters from which the box is picked up from a stand."""
 APART = 1.35
 """Palms that are farther apart than this multiple of the box hold no box."""
 BODY = (0.17, 0.13, 0.08)
@@ -177,8 +181,8 @@ def _outwards(side: str) -> float:
 
 
 def _between(palms: _Palms, span: BoolArray, fps: float) -> list[Moving]:
-    """A box between both palms from where they meet it; before, it stands there, and it stays where
-    they part."""
+    """A box between both palms from where they are lowest, if they bend for it; before, it stands
+    there, on a stand if it is high, and it stays where they part."""
     left, right = (palms[side][:, :3, 3] for side in SIDES)
     across, middle = left - right, 0.5 * (left + right)
     away = np.linalg.norm(across, axis=-1)
@@ -187,8 +191,9 @@ def _between(palms: _Palms, span: BoolArray, fps: float) -> list[Moving]:
     if not held.any():
         return []
     first, last = np.flatnonzero(held)[[0, -1]]
-    if first > 0:  # it is picked up where the hands are lowest
-        first += int(middle[first : last + 1, 1].argmin())
+    lowest = first + int(middle[first : last + 1, 1].argmin())
+    bends = middle[lowest, 1] < BENDS * middle[first, 1]
+    first = lowest if bends else first
     level = unit(across * [1, 0, 1])
     frames = np.tile(np.eye(4), (len(span), 1, 1))
     up = np.array([0.0, 1.0, 0.0])
@@ -199,7 +204,17 @@ def _between(palms: _Palms, span: BoolArray, fps: float) -> list[Moving]:
     frames[:first], frames[last + 1 :] = frames[first], frames[last]
     height, depth = BOX
     half = np.array([max(0.5 * wide - 0.02, 0.05), 0.5 * height, 0.5 * depth])
-    return [Moving("box", [("box", box(-half, half))], _shown(frames, span))]
+    made = [Moving("box", [("box", box(-half, half))], _shown(frames, span))]
+    below = middle[first, 1] - half[1]
+    if bends and below > STAND:
+        top = half * [0.8, 0, 0.8]
+        solid = box(-top - [0, half[1] + below, 0], top - [0, half[1], 0])
+        made.append(
+            Moving(
+                "stand", [("stand", solid)], _shown(np.tile(frames[first], (len(span), 1, 1)), span)
+            )
+        )
+    return made
 
 
 def _guitar(palms: _Palms, span: BoolArray, fps: float) -> list[Moving]:

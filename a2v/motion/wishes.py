@@ -63,7 +63,7 @@ _NO_COUNT = "hands|arms|legs|feet|fists|knees|fingers|swords|sides|people|friend
 """Words after a number that do not count an action."""
 _METERS = {
     "m": 1.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048,
-    "yard": 0.9144, "km": 1000.0, "kilometer": 1000.0, "kilometre": 1000.0, "mile": 1609.3,
+    "yard": 0.9144, "km": 1000.0, "mile": 1609.3,
     "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
 }  # fmt: skip
 _SPEEDS = {
@@ -259,7 +259,7 @@ def _rule(pattern: str, read: _Reader) -> _Rule:
 
 
 def _distance(match: re.Match[str]) -> dict[str, Any]:
-    unit = match["unit"].lower()
+    unit = "km" if match["unit"].lower().startswith("kilo") else match["unit"].lower()
     unit = unit if unit in _METERS else unit.rstrip("s")
     return {"distance": round(number(match["n"]) * _METERS.get(unit, 1.0), 3)}
 

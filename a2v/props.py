@@ -152,8 +152,13 @@ class Props(Record):
         return found
 
     def frame(self, number: int) -> Props:
-        """Return the props of a single frame."""
-        return dataclasses.replace(self, moves=self.moves[number : number + 1])
+        """Return the props of a single frame; the last one stays."""
+        at = min(number, max(len(self.moves) - 1, 0))
+        return dataclasses.replace(self, moves=self.moves[at : at + 1])
+
+    def shape(self) -> Props:
+        """Return the solids without their places: equal for all frames."""
+        return Props(vertices=self.vertices, faces=self.faces, owner=self.owner, names=self.names)
 
     @classmethod
     def of_clips(cls, clips: Mapping[str, Props]) -> Props:

@@ -194,7 +194,7 @@ def _between(palms: _Palms, span: BoolArray, fps: float) -> list[Moving]:
     lowest = first + int(middle[first : last + 1, 1].argmin())
     bends = middle[lowest, 1] < BENDS * middle[first, 1]
     first = lowest if bends else first
-    level = unit(across * [1, 0, 1])
+    level = unit(across * np.array([1.0, 0.0, 1.0]))
     frames = np.tile(np.eye(4), (len(span), 1, 1))
     up = np.array([0.0, 1.0, 0.0])
     frames[:, :3, :3] = np.stack(

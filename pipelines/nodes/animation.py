@@ -106,13 +106,10 @@ def props(
 
 
 @memo()
-def things(props: Ref[Props], poses: Ref[Poses]) -> list[Ref[Vertices]]:
-    """Return the vertices of the props in every frame."""
+def things(props: Ref[Props], poses: Ref[Poses]) -> list[Ref[Props]]:
+    """Return the props of every frame."""
     solids = get(props, Props)
-    return [
-        put(Vertices(vertices=solids.at(frame)))
-        for frame in range(len(get(poses, Poses).bone_transforms))
-    ]
+    return [put(solids.frame(frame)) for frame in range(len(get(poses, Poses).bone_transforms))]
 
 
 @memo()

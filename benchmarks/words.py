@@ -31,7 +31,7 @@ from a2v.motion.names import plain_name
 TESTS = Path(__file__).parents[1] / "tests/motion"
 HALVES = ("development", "held-out")
 FILES = ("words.csv", "words_everyday.csv", "words_fresh.csv", "words_blind.csv")
-MEANT = "words_meant.csv"
+MEANT = ("words_meant.csv", "words_meant_blind.csv", "words_later.csv", "words_last.csv")
 """Prompts with wishes, of three kinds, read as the commands read them: unknown parts are left out
 and told. `FILES` are read strictly."""
 TOLD = {
@@ -166,10 +166,10 @@ def untold(prompt: str, wishes: str) -> list[str]:
     return missing
 
 
-def measure_meant(show: bool) -> None:
-    """Print the counts of `MEANT` by kind, and its wishes that are neither kept nor said."""
+def measure_meant(name: str, show: bool) -> None:
+    """Print the counts of a file of `MEANT` by kind, and its wishes that are neither kept nor said."""
     resolve, actions = today(strict=False)
-    with (TESTS / MEANT).open(newline="", encoding="utf-8") as stream:
+    with (TESTS / name).open(newline="", encoding="utf-8") as stream:
         raw = list(csv.DictReader(stream))
     for kind in dict.fromkeys(row["kind"] for row in raw):
         own = [row for row in raw if row["kind"] == kind]
@@ -179,7 +179,7 @@ def measure_meant(show: bool) -> None:
             (row["prompt"], wish) for row in own for wish in untold(row["prompt"], row["wishes"])
         ]
         print(
-            f"{MEANT}, {kind}: {len(own)} prompts, wrong {counts['wrong']}, served "
+            f"{name}, {kind}: {len(own)} prompts, wrong {counts['wrong']}, served "
             f"{counts['served']} of {counts['servable']} servable; {len(wished)} wishes, "
             f"{len(lost)} neither kept nor said"
         )
@@ -211,7 +211,8 @@ def main() -> None:
         )
         if options.show and half == HALVES[0]:
             print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
-    measure_meant(options.show)
+    for name in MEANT:
+        measure_meant(name, options.show)
     first = read_rows("first_fifty.csv")
     print(
         f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} "

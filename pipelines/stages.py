@@ -35,6 +35,7 @@ WORDS: Mapping[str, str] = {
     "poses": "movement",
     "pose": "movement",
     "props": "movement",
+    "things": "movement",
     "vertices": "skin",
     "frame_settings": "scene",
     "camera": "scene",

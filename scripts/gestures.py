@@ -132,6 +132,7 @@ GESTURES: dict[str, tuple[Sequence[Key], bool]] = {
     "own-point": ([Key(0), *(Key(t, Arm((-0.02, 0.0, 0.53), (-0.05, 0.02, 1.0), (0, -1, 0), hand="point")) for t in (0.5, 1.7)), Key(2.3)], False),
     "own-thumbs-up": ([Key(0), *(Key(t, Arm((-0.02, -0.14, 0.38), (-0.2, 0.1, 1.0), (-1, 0, -0.2), hand="thumb")) for t in (0.45, 1.6)), Key(2.1)], False),
     "own-salute": ([Key(0), *(Key(t, Arm((-0.01, 0.15, 0.15), (-0.75, 0.62, 0.0), (-0.1, -0.75, 0.55), (1.0, -0.25, 0.1))) for t in (0.45, 1.6)), Key(2.1)], False),
+    "own-shake-head": ([Key(0), *(Key(0.35 + 0.36 * k, neck=3, turn=t) for k, t in enumerate((34, -34, 30, -30, 24, -14))), Key(2.7)], False),
     "own-shrug": ([Key(0), *(both(t, _SHRUG, shrug=0.05, neck=-4) for t in (0.4, 1.0)), Key(1.6)], False),
     "own-cheer": ([Key(0), *(both(0.4 + 0.25 * k, _UP if k % 2 == 0 else _LOW, spine=-4, neck=-10) for k in range(9)), Key(2.9)], False),
     "own-facepalm": ([Key(0), *(Key(t, _FACE, neck=n, spine=6) for t, n in ((0.5, 22), (1.0, 26), (1.8, 24))), Key(2.5)], False),

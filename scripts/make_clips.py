@@ -30,8 +30,9 @@ from more_clips import SecondLibrary, carried
 from scipy.ndimage import gaussian_filter1d
 
 from a2v.formats.bvh import read_bvh
+from a2v.geometry.vectors import unit
 from a2v.io import write_npz
-from a2v.kinematics import skeleton_from_parents
+from a2v.kinematics import rotvec_to_rotmat, skeleton_from_parents
 from a2v.kinematics.limbs import bend_to
 from a2v.kinematics.orientations import bone_rotmats
 from a2v.kinematics.transforms import on_lengths
@@ -73,6 +74,10 @@ STRIDES = {
 """Factors on the stride of cycles whose feet move faster than people run: 5.9, 8.2 and 9.9 m/s with
 3, 3 and 4 steps a second."""
 
+
+KICKS = {"swim-fwd-loop": (3, 17.0, 24.0)}
+"""Kicks of each leg in a cycle, and half the swing of thigh and shin in degrees, of clips whose
+legs are stiff."""
 
 LEFT_OUT = {"crawl"}
 """Clips of the first archive that are not taken: its toes slide at 1.7 m/s; DeepMimic's is captured."""
@@ -142,6 +147,28 @@ def shorter_strides(
             target[:, 0] = made[:, hip, 0] + factor * (target[:, 0] - made[:, hip, 0])
         made[:, knee], made[:, ankle] = bend_to(made[:, hip], made[:, knee], made[:, ankle], target)
         made[:, rest] = made[:, [ankle]] + foot
+    return made
+
+
+def kicking(
+    joints: np.ndarray, names: Sequence[str], kicks: tuple[int, float, float]
+) -> np.ndarray:
+    """Swing the legs of a cycle in turn; the shin follows the thigh by a quarter of a kick."""
+    count, thigh, shin = kicks
+    made = joints.astype(np.float64).copy()
+    phase = np.arange(len(made)) * (2 * np.pi * count / len(made))
+    across = unit(made[:, names.index("thigh_l")] - made[:, names.index("thigh_r")])
+    for side, offset in (("l", 0.0), ("r", np.pi)):
+        chain = [name.format(side) for name in ("calf_{}", "foot_{}", "ball_{}", "ball_{}_end")]
+        for pivot, moved, swing in (
+            (f"thigh_{side}", chain, thigh * np.sin(phase + offset)),
+            (chain[0], chain[1:], 0.5 * shin * (1 + np.sin(phase + offset - np.pi / 2))),
+        ):
+            turn = rotvec_to_rotmat(np.deg2rad(swing)[:, None] * across)
+            at = made[:, names.index(pivot)].copy()
+            for joint in moved:
+                own = names.index(joint)
+                made[:, own] = at + np.einsum("tab,tb->ta", turn, made[:, own] - at)
     return made
 
 
@@ -249,6 +276,8 @@ def main() -> None:
             joints = shorter_strides(
                 joints, names, STRIDES[row["file"]], aside=row["travels"] in ("left", "right")
             )
+        if row["file"] in KICKS:
+            joints = kicking(joints, names, KICKS[row["file"]])
         pace = pace_of(joints, names, fps, row["travels"])
         if row["travels"] in WAYS and row["travels"] != "body":
             joints, pace = with_travel(joints, names, fps, row["travels"])

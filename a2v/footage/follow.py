@@ -19,7 +19,7 @@ from a2v.footage.ground import LEGS, evenly, standing
 from a2v.footage.hands import Hands, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
-from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
+from a2v.footage.remarks import told_lying, told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
@@ -93,6 +93,7 @@ def follow_person(
     settings = settings or FollowSettings()
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
+        reel.turn(settings.turn)
         sightings, expected = _sightings(reel, tracker, settings, limit, progress)
     piece = _longest(sightings, reel, settings, tracker)
     own = sightings[piece.first : piece.end]
@@ -120,6 +121,7 @@ def follow_person(
         ),
         *told_pieces(pieces_of(sightings), piece, sightings, settings.start),
         *unseen_parts(track, settings.start),
+        *told_lying(track),
     ]
     facts = {
         **_facts(path, reel, sightings, track, moves),

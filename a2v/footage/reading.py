@@ -159,6 +159,12 @@ class Reel:
                     )
                 yield frame
 
+    def turn(self, degrees: int) -> None:
+        """Turn all pictures counterclockwise by a multiple of 90 degrees."""
+        self.turned = (self.turned + degrees) % 360
+        if degrees in (90, 270):
+            self.width, self.height = self.height, self.width
+
     def _image(self, frame: Any, side: int) -> ByteArray:
         import cv2
 
@@ -240,9 +246,7 @@ def _reel(source: str, container: Any) -> Reel:
         raise InputError(f"{source} has no frames that can be decoded, of at most 8K; {_NOT}")
     _check_size(source, first.width, first.height)
     reel._first = first
-    reel.turned = int(first.rotation) % 360 if int(first.rotation) % 90 == 0 else 0
-    if reel.turned in (90, 270):
-        reel.width, reel.height = reel.height, reel.width
+    reel.turn(int(first.rotation) % 360 if int(first.rotation) % 90 == 0 else 0)
     return reel
 
 

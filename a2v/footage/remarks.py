@@ -23,6 +23,10 @@ UNSURE = 0.35
 """Mean confidence of the landmarks of a part below which it is not seen."""
 SHORTEST = 0.4
 """Shortest time in seconds that is reported."""
+LIES = 1.7
+"""A trunk whose width in the picture is this multiple of its height lies: within 30 degrees."""
+MOSTLY = 0.9
+"""Share of the frames in which a person lies from which a film may lie on its side."""
 _MOST = 12
 
 
@@ -98,6 +102,22 @@ def told_pieces(
                 f"{clock(start + sightings[chosen.end - 1].time)} on"
             )
     return said
+
+
+def told_lying(track: Track) -> list[str]:
+    """Say that the person lies across the picture nearly all the time, which is also what a film on
+    its side shows."""
+    names = ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
+    points = track.pixels[:, [LANDMARK_INDEX[name] for name in names], :2]
+    trunk = points[:, :2].mean(axis=1) - points[:, 2:].mean(axis=1)
+    across = np.abs(trunk[:, 0]) > LIES * np.abs(trunk[:, 1])
+    if len(across) == 0 or across.mean() < MOSTLY:
+        return []
+    turn = 90 if np.median(trunk[across, 0]) > 0 else 270
+    return [
+        f"the person lies in {across.mean():.0%} of the frames; if the film lies on its side, give "
+        f"follow.turn {turn}"
+    ]
 
 
 def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str]:

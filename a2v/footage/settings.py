@@ -24,6 +24,9 @@ class FollowSettings:
         by size and distance from the center.
     start : float
         Start time, seconds.
+    turn : int
+        Degrees by which the pictures are turned counterclockwise in addition to the file's own
+        rotation: 0, 90, 180 or 270, for a film that lies on its side.
     side : int
         Longer side in pixels of the frames that the detectors see. Larger videos are reduced while
         they are decoded.
@@ -48,6 +51,7 @@ class FollowSettings:
 
     person: int = 0
     start: float = 0.0
+    turn: int = 0
     side: int = 960
     height: float = TYPICAL_HEIGHT
     lens: float = 0.0
@@ -66,6 +70,8 @@ class FollowSettings:
             )
         if not 0 <= self.start <= 86_400:
             raise InputError(f"start is {self.start}; expected 0 to 86400 seconds")
+        if self.turn not in (0, 90, 180, 270):
+            raise InputError(f"turn is {self.turn}; choose from 0, 90, 180, 270 degrees")
         if not 256 <= self.side <= 1920:
             raise InputError(f"side is {self.side}; expected 256 to 1920 pixels")
         if not 0.5 <= self.height <= 2.5:

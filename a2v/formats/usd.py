@@ -101,7 +101,7 @@ def write_usd(
             None if texture is None else texture[0],
         )
         if props is not None and props.names:
-            _add_props(stage, props, f"/{_identifier(name)}/props")
+            _add_props(stage, props, f"/{_identifier(name)}/props", next(iter(checked), ""))
         stage.GetRootLayer().Save()
         if packed:
             if texture is not None:
@@ -205,13 +205,21 @@ def _add_skeleton(stage: Any, body: Body, path: str) -> Any:
     return skeleton
 
 
-def _add_props(stage: Any, props: Props, path: str) -> None:
-    """Add a mesh for each of the solids under the prim `path`; none is bound to the skeleton."""
-    from pxr import UsdGeom
+def _add_props(stage: Any, props: Props, path: str, clip: str) -> None:
+    """Add a mesh for each of the solids under the prim `path`; none is bound to the skeleton. Those
+    that move have a matrix in each frame of the clip that plays; those of other clips are left
+    out."""
+    from pxr import Gf, UsdGeom
 
     UsdGeom.Xform.Define(stage, path)
-    for name, solid in props.surfaces():
-        _add_mesh(stage, solid, f"{path}/{_identifier(name)}", textured=False)
+    for (name, solid), mover in zip(props.surfaces(), props.movers.tolist(), strict=True):
+        if mover >= 0 and props.clips[mover] not in ("", clip):
+            continue
+        mesh = _add_mesh(stage, solid, f"{path}/{_identifier(name)}", textured=False)
+        if mover >= 0:
+            placed = mesh.AddTransformOp()
+            for frame, matrix in enumerate(props.moves[:, mover].astype(np.float64)):
+                placed.Set(Gf.Matrix4d(*matrix.T.ravel().tolist()), frame)
 
 
 def _add_mesh(stage: Any, surface: Surface, path: str, *, textured: bool) -> Any:

@@ -75,54 +75,11 @@ HEAD = 1.4
 PLACED = 0.15
 """Factor on the weight of a noun that is only the place of the action ("through the park")."""
 PLACES = frozenset(
-    [
-        "on",
-        "after",
-        "before",
-        "during",
-        "until",
-        "in",
-        "at",
-        "through",
-        "to",
-        "into",
-        "along",
-        "past",
-        "towards",
-        "toward",
-        "from",
-        "near",
-        "around",
-        "behind",
-        "across",
-        "down",
-        "up",
-        "under",
-        "inside",
-        "outside",
-        "for",
-        "by",
-        "beside",
-    ]
-)
+    ["on", "after", "before", "during", "until", "in", "at", "through", "to", "into", "along", "past", "towards", "toward", "from", "near", "around", "behind", "across", "down", "up", "under", "inside", "outside", "for", "by", "beside"]
+)  # fmt: skip
 DETERMINERS = frozenset(
-    [
-        "a",
-        "an",
-        "the",
-        "this",
-        "that",
-        "some",
-        "my",
-        "your",
-        "his",
-        "her",
-        "their",
-        "its",
-        "one",
-        "two",
-    ]
-)
+    ["a", "an", "the", "this", "that", "some", "my", "your", "his", "her", "their", "its", "one", "two"]
+)  # fmt: skip
 LIKE = frozenset(
     [
         "like",
@@ -245,9 +202,10 @@ def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
     words = [mended(word, vocabulary) for word in given]
     found, headed = [], False
     for stem, (begin, end) in _canonical(words):
-        if stem.isdigit():
+        placed = _placed(words, begin)
+        if stem.isdigit() or (placed and _describes(words, begin)):
             continue
-        kind, placed = _class_of(words, begin, stem), _placed(words, begin)
+        kind = _class_of(words, begin, stem)
         sense = senses().get(stem) if kind in ("v", "m", "n") and stem not in vocabulary else None
         sure = 1.0 if words[begin:end] == given[begin:end] else MENDED
         if sense is not None and sense[0] in vocabulary:
@@ -303,6 +261,12 @@ def _placed(words: Sequence[str], at: int) -> bool:
         if word not in DETERMINERS and not dictionary().get(root(word), "").startswith("j"):
             return False
     return False
+
+
+def _describes(words: Sequence[str], at: int) -> bool:
+    """Return whether a participle describes the next word: "the sleeping baby"."""
+    after = words[at + 1] if at + 1 < len(words) else "a"
+    return words[at].endswith("ing") and words[at - 1] in DETERMINERS and after not in STOPWORDS
 
 
 def _names_actor(words: Sequence[str], at: int) -> bool:

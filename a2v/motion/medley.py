@@ -211,7 +211,7 @@ def _told(motion: Motion, steps: Sequence[Step], seed: int) -> Motion:
         "air": air,
         "rises": rising,
     }
-    for name in ("look", "hands"):
+    for name in ("look", "hands", "over"):
         if any(values := [getattr(step.wishes, name) for step in steps]):
             facts[name] = values
     return dataclasses.replace(

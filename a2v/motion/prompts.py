@@ -37,6 +37,18 @@ LIMB_WORDS = {"arm": "arms", "hand": "arms", "head": "head"}
 
 _WHILE = re.compile(r"\s*\b(?:while|whilst|at\s+the\s+same\s+time\s+as)\b\s*", re.IGNORECASE)
 _AND = re.compile(r"\s+and\s+", re.IGNORECASE)
+_TO = re.compile(r"\s+(?:in)?to\s+(?:a\s+|an\s+)?", re.IGNORECASE)
+"""Between two actions of a transition: "stand to crouch"."""
+_LOOKS = re.compile(
+    r"(?:look|gaz|fac)ing\s+(?:(?:at|to|towards?|into|over)\s+)?(?:the\s+)?"
+    r"(?:camera|left|right|up|down|ahead|back)",
+    re.IGNORECASE,
+)
+"""A gaze, which is a wish and no second action."""
+LONGEST_SERIES = 4
+"""Largest number of names of actions in turn without commas."""
+EXACT = 0.95
+"""Score from which a text is taken for the name of an action."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,10 +134,12 @@ def parse_prompt(
         except UnknownActionError as error:
             if strict:
                 raise
-            refused.append(error)
-            if matches:
-                matches[-1] = _lacking(matches[-1], error)
-            continue
+            pieces = _known_half(part, vocabulary)
+            if not pieces:
+                refused.append(error)
+                if matches:
+                    matches[-1] = _lacking(matches[-1], error)
+                continue
         for number, found in enumerate(pieces):
             match, piece = found.match, found.part
             if not matches and refused and number == 0:
@@ -161,14 +175,31 @@ def _lacking(match: Match, error: UnknownActionError) -> Match:
     return replace(match, told=(*match.told, told), score=match.score * UNKEPT)
 
 
+def _known_half(part: Part, vocabulary: Vocabulary) -> list[_Found]:
+    """Match the side of an "and" that is an action, and tell that the other one is left out; empty
+    if neither is."""
+    halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
+    found: list[_Found] = []
+    unknown: list[UnknownActionError] = []
+    for half in halves if len(halves) == 2 else []:
+        try:
+            found += _matched(replace(part, text=half), vocabulary)
+        except UnknownActionError as error:
+            unknown.append(error)
+    return [
+        *(replace(one, match=_lacking(one.match, error)) for one in found[:1] for error in unknown),
+        *found[1:],
+    ]
+
+
 def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
     """Match a part to one action, to two in layers, or to two joined by "and" if both match better
     than one."""
     layers = _WHILE.split(part.text, maxsplit=1)
-    if len(layers) == 2:
+    if len(layers) == 2 and not _LOOKS.fullmatch(layers[1]):
         with contextlib.suppress(UnknownActionError):  # "duck while running" is one action
             return [_layered(part, layers[0], layers[1], vocabulary)]
-    halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
+    halves = [half for half in map(str.strip, _AND.split(part.text, maxsplit=1)) if half]
     whole: _Found | None = None
     refusal: UnknownActionError | None = None
     try:
@@ -179,7 +210,10 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
         over = _with_something(part, vocabulary)
         if over is not None and (whole is None or over.match.score > whole.match.score + MARGIN):
             return [over]
-    if len(halves) == 2 and all(halves) and (whole is None or whole.match.score < 0.95):
+    if turned := _transition(part, vocabulary):
+        return turned
+    numbers = all(any(letter.isdigit() for letter in half) for half in halves)
+    if len(halves) == 2 and (whole is None or numbers or whole.match.score < EXACT):
         both = [Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
             found = [one for piece in both for one in _matched(piece, vocabulary)]
@@ -192,7 +226,11 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
                 if vocabulary.has(joint):  # "sit and talk"
                     return [_single(replace(part, text=joint), vocabulary)]
                 return [_layered(part, halves[0], halves[1], vocabulary)]
-            if whole is None or min(one.match.score for one in found) > whole.match.score + MARGIN:
+            least = min(one.match.score for one in found)
+            named = least >= EXACT and len({one.match.action for one in found}) == len(found)
+            named = named and whole is not None and "and" not in plain_words(whole.match.action)
+            named = named or all(one.wishes.ends for one in found)  # "turn 90 and walk 3 m"
+            if whole is None or named or least > whole.match.score + MARGIN:
                 first = found[0].part
                 kept = Part(
                     first.text,
@@ -205,6 +243,26 @@ def _matched(part: Part, vocabulary: Vocabulary) -> list[_Found]:
         assert refusal is not None
         raise refusal
     return [whole]
+
+
+def _transition(part: Part, vocabulary: Vocabulary) -> list[_Found]:
+    """Match "stand to crouch" and "run jump land", whose pieces are names of actions; empty for all
+    else."""
+    sides = [side for side in map(str.strip, _TO.split(part.text, maxsplit=1)) if side]
+    if len(sides) != 2:
+        sides = part.text.split()
+        if not 3 <= len(sides) <= LONGEST_SERIES:
+            return []
+    if vocabulary.rank(part.text)[0][1] >= EXACT:
+        return []
+    try:
+        found = [_single(Part(side, part.without), vocabulary) for side in sides]
+    except UnknownActionError:
+        return []
+    if min(one.match.score for one in found) < EXACT:
+        return []
+    share = None if part.seconds is None else part.seconds / len(found)
+    return [replace(one, part=replace(one.part, seconds=share)) for one in found]
 
 
 def _single(part: Part, vocabulary: Vocabulary) -> _Found:
@@ -231,6 +289,8 @@ def _single(part: Part, vocabulary: Vocabulary) -> _Found:
             -len(one.text),
         ),
     )
+    if matches[0].text == part.text and matches[0].score >= EXACT:
+        match = matches[0]  # "zombie idle" is one action, not a zombie that is idle
     wishes = replace(taken.wishes, still=tuple(limbs))
     named = set(plain_words(match.action))
     if wishes.side in named or (wishes.side == "both" and "hands" in named):

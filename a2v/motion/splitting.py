@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from a2v.errors import InputError
 from a2v.io import shorten
 from a2v.motion.lexicon import canonical_words, plain_words
-from a2v.motion.wishes import NUMBERS, Told
+from a2v.motion.wishes import NUMBERS, OWN, Told
 
 MAX_PARTS = 40
 """Largest number of parts of a prompt."""
@@ -51,6 +51,18 @@ _THEN = re.compile(
     r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
     re.IGNORECASE,
 )
+_BESIDES = re.compile(
+    rf"\b((?:walk|run|jog|march|sneak|stand|sit|danc|crouch|sprint)(?:s|e|es|ing)?)\s+"
+    rf"(?={OWN}(?:(?:left|right|both|one)\s+)?(?:hand|arm)s?\s+"
+    r"(?:on|in|behind|over|up|out|crossed|folded|raised|spread|stretched)\b)",
+    re.IGNORECASE,
+)
+"""A gesture beside an action without "with": "walk left hand on hip"."""
+_REASON = re.compile(
+    r"\s+(?:because|so\s+that|in\s+order\s+to|since\s+(?:it|he|she|they|you|i|we)\b).*",
+    re.IGNORECASE,
+)
+"""Why something is done, which is no action."""
 _NAMED = "|".join(sorted(NUMBERS, key=len, reverse=True))
 _LONG = r"seconds?|secs?|minutes?|mins?|frames?"
 _DURATION = re.compile(
@@ -79,7 +91,7 @@ class Part:
 def split_prompt(text: str) -> list[Part]:
     """Split a prompt into parts. A part with only exclusions is joined to the previous part, or to
     the next."""
-    text = _BODIES.sub(r"\g<base> while \g<over>", text)
+    text = _BESIDES.sub(r"\1 with ", _BODIES.sub(r"\g<base> while \g<over>", text))
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
         raise InputError(
@@ -91,6 +103,7 @@ def split_prompt(text: str) -> list[Part]:
     parts: list[Part] = []
     waiting: frozenset[str] = frozenset()
     for piece in pieces:
+        piece = _REASON.sub("", piece)
         seconds, frames, rest = take_duration(piece)
         if parts and _DURATION.fullmatch(piece):  # "run cycle, 24 frames"
             seconds, frames, _ = take_duration(f"{piece} x")

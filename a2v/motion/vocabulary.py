@@ -255,7 +255,10 @@ class Vocabulary:
             scores[index] = (1 - DESCRIPTION_SHARE) * score + DESCRIPTION_SHARE * likeness(
                 own, *self._trigrams[index]
             )
-        order = sorted(scores, key=lambda index: (-scores[index], index))
+        order = sorted(
+            scores,
+            key=lambda index: (-round(scores[index], 6), self.actions[index].count(" "), index),
+        )
         return [(self.actions[index], scores[index]) for index in order]
 
     def _share(

@@ -55,10 +55,16 @@ _TRAVELS = re.compile(r"\b(walk|run|jog|jump|hop)", re.IGNORECASE)
 _N = r"\d+(?:\.\d+)?|" + "|".join(
     sorted(set(NUMBERS) - {"a", "an", "half", "half a"}, key=len, reverse=True)
 )
-_OWN = r"(?:(?:the|your|my|his|her|their|its|one's|a)\s+)?"
+OWN = r"(?:(?:the|your|my|his|her|their|its|one's|a)\s+)?"
+"""An article or possessive before a part of the body."""
+_ON_ONE = re.compile(rf"\bon\s+{OWN}(?P<n>left|right)\s+(?:leg|foot)\b", re.IGNORECASE)
+"""What stands or hops on one side."""
+_NO_COUNT = "hands|arms|legs|feet|fists|knees|fingers|swords|sides|people|friends"
+"""Words after a number that do not count an action."""
 _METERS = {
     "m": 1.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048,
-    "yard": 0.9144, "km": 1000.0, "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
+    "yard": 0.9144, "km": 1000.0, "mile": 1609.3,
+    "cm": 0.01, "step": STEP_METERS, "pace": STEP_METERS,
 }  # fmt: skip
 _SPEEDS = {
     "m/s": 1.0, "mps": 1.0, "meters per second": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6,
@@ -223,6 +229,7 @@ def take_wishes(text: str) -> Taken:
         A number is out of range.
     """
     found: dict[str, Any] = {}
+    text = _ON_ONE.sub(r"on one leg with the \g<n> leg", text)
     text = _stripped(text, _RULES, found)
     angle, turns = "angle" in found, _TURN.search(text)
     sideless = _stripped(text, _SIDE_RULES, found)
@@ -252,7 +259,7 @@ def _rule(pattern: str, read: _Reader) -> _Rule:
 
 
 def _distance(match: re.Match[str]) -> dict[str, Any]:
-    unit = match["unit"].lower()
+    unit = "km" if match["unit"].lower().startswith("kilo") else match["unit"].lower()
     unit = unit if unit in _METERS else unit.rstrip("s")
     return {"distance": round(number(match["n"]) * _METERS.get(unit, 1.0), 3)}
 
@@ -268,7 +275,7 @@ _RULES: tuple[_Rule, ...] = (
     ),
     _rule(r"\btwice\s+as\s+fast\b", lambda m: {"tempo": 2.0}),
     _rule(
-        rf"\b(?:for\s+|about\s+)?(?P<n>{_N})\s*-?\s*(?P<unit>met(?:er|re)s?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
+        rf"\b(?:for\s+|about\s+)?(?P<n>{_N}|a(?=\s+(?:kilo|mile|met)))\s*-?\s*(?P<unit>(?:kilo)?met(?:er|re)s?|miles?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
         _distance,
     ),
     _rule(
@@ -276,7 +283,7 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"angle": number(m["n"])},
     ),
     _rule(
-        r"\b(?P<kept>turn|rotate|spin)\s+(?P<n>45|90|135|180|270|360)\b",
+        r"\b(?P<kept>(?:turn|rotate|spin)(?:\s+(?:to\s+the\s+)?(?:left|right))?)\s+(?P<n>45|90|135|180|270|360)\b",
         lambda m: {"angle": number(m["n"])},
     ),
     _rule(
@@ -294,6 +301,11 @@ _RULES: tuple[_Rule, ...] = (
     _rule(r"(?<!\w)x\s*(?P<n>\d+)\b", lambda m: {"count": round(number(m["n"]))}),
     _rule(
         r"^(?:(?:do|does|doing|make|perform)s?\s+)?(?P<n>\d+|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty)\s+(?=(?:[a-z-]+\s+)?[a-z-]+s\b)",
+        lambda m: {"count": round(number(m["n"]))},
+    ),
+    _rule(
+        rf"(?<!with )\b(?P<n>two|three|four|five|six|seven|eight|nine|ten|\d+)\s+"
+        rf"(?P<kept>(?!(?:{_NO_COUNT})\b)[a-z-]{{3,}}s)$",
         lambda m: {"count": round(number(m["n"]))},
     ),
     _rule(
@@ -316,11 +328,11 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"look": "camera"},
     ),
     _rule(
-        rf"\bwith\s+{_OWN}(?:clenched\s+fists?|fists?(?:\s+clenched)?)\b|\bclenching\s+{_OWN}fists?\b",
+        rf"\bwith\s+{OWN}(?:clenched\s+fists?|fists?(?:\s+clenched)?)\b|\bclenching\s+{OWN}fists?\b",
         lambda m: {"hands": "fist"},
     ),
     _rule(
-        rf"\bwith\s+{_OWN}(?:fingers\s+spread|spread\s+fingers|open\s+hands?|open\s+palms?)\b",
+        rf"\bwith\s+{OWN}(?:fingers\s+spread|spread\s+fingers|open\s+hands?|open\s+palms?)\b",
         lambda m: {"hands": "spread"},
     ),
     _rule(r"\bwith\s+relaxed\s+(?:hands|fingers)\b", lambda m: {"hands": "relaxed"}),
@@ -328,11 +340,11 @@ _RULES: tuple[_Rule, ...] = (
 )
 _SIDE_RULES: tuple[_Rule, ...] = (
     _rule(
-        rf"\b(?:(?:with|using|on|by)\s+)?{_OWN}(?P<n>left|right|both)\s+(?:hand|arm|leg|foot|feet|fist|knee|elbow|side)s?\b",
+        rf"\b(?:(?:with|using|on|by)\s+)?{OWN}(?P<n>left|right|both)\s+(?:hand|arm|leg|foot|feet|fist|knee|elbow|side)s?\b",
         lambda m: {"side": m["n"].lower()},
     ),
     _rule(
-        rf"\b(?:(?:to|towards?|on)\s+)?{_OWN}(?P<n>left|right)\b",
+        rf"\b(?:(?:to|towards?|on)\s+)?{OWN}(?P<n>left|right)\b",
         lambda m: {"side": m["n"].lower()},
     ),
 )

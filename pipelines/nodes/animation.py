@@ -78,11 +78,13 @@ def props(
     edit: Edit,
     footing: FootingSettings,
 ) -> Ref[Props]:
-    """Return steps, ladders and bars for a climbing person, and seats for one who sits.
+    """Return steps, ladders and bars for a climbing person, seats for one who sits, and things in
+    hands.
 
     A motion in place, or a cycle, has nothing to climb on.
     """
     from a2v.animation.footing import find_props
+    from a2v.animation.held import find_held
     from a2v.animation.retarget import has_steps
     from a2v.animation.seats import find_seats
 
@@ -95,9 +97,19 @@ def props(
     )
     if climbs:
         return put(find_props(moves.bone_transforms, get(body, Body), moves.fps))
-    seats = footing.shown and not retarget.raw
-    found = find_seats(moves.bone_transforms, get(body, Body), moves.fps) if seats else []
-    return put(Props.of(found))
+    if not footing.shown or retarget.raw:
+        return put(Props.of([]))
+    person, clip = get(body, Body), get(motion, Motion)
+    seats = find_seats(moves.bone_transforms, person, moves.fps)
+    held = find_held(moves.bone_transforms, person, clip)
+    return put(Props.of(seats).with_moving(held))
+
+
+@memo()
+def things(props: Ref[Props], poses: Ref[Poses]) -> list[Ref[Props]]:
+    """Return the props of every frame."""
+    solids = get(props, Props)
+    return [put(solids.frame(frame)) for frame in range(len(get(poses, Poses).bone_transforms))]
 
 
 @memo()

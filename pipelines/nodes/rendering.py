@@ -92,11 +92,13 @@ def frame(
     frame_settings: Ref[RenderSettings],
     backdrop: Ref[Blob] | None,
     look: LookSettings,
-    props: Ref[Props],
+    things: Ref[Props],
 ) -> Ref[Image]:
-    """Render one frame of one view, with what a climbing person stands on."""
-    renderer = _renderer(current().address, character, frame_settings, backdrop, look, props)
-    moved = np.concatenate([get(vertices, Vertices).vertices, get(props, Props).vertices])
+    """Render one frame of one view, with what a person stands on, sits on and holds."""
+    solids = get(things, Props)
+    shape = put(solids.shape())  # the same in every frame, so that the scene is kept
+    renderer = _renderer(current().address, character, frame_settings, backdrop, look, shape)
+    moved = np.concatenate([get(vertices, Vertices).vertices, solids.at(0)])
     return put(Image.of(renderer.render(moved, get(camera, ViewCamera))))
 
 

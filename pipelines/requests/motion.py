@@ -49,7 +49,7 @@ MAP = (
     "exist is written, to be edited), of"
 )
 """Help of the options that name a table of bones; what has the bones follows."""
-FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
+FOLLOW_USERS = ("person", "turn", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0

@@ -18,6 +18,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.folders import make_folder
 from a2v.io import atomic_path
+from a2v.props import Props
 from pipelines.clock import STILL, Clock
 from pipelines.engine.graph import Parameters
 from pipelines.engine.progress import Update
@@ -250,6 +251,7 @@ def still(task: Mapping[str, Any]) -> dict[str, object]:
     outcome = running.run(["poses", "props"], resolved.parameters, graph=resolved.graph)
     poses = outcome.get("poses", Poses)
     middle = len(poses.bone_transforms) // 2
+    held = running.store.put(outcome.get("props", Props).frame(middle))
     one = Poses(
         bone_transforms=poses.bone_transforms[middle : middle + 1],
         fps=poses.fps,
@@ -263,7 +265,7 @@ def still(task: Mapping[str, Any]) -> dict[str, object]:
         "frame",
         drawn.parameters,
         graph=drawn.graph,
-        overrides={"poses": running.store.put(one), "props": outcome.values["props"]},
+        overrides={"poses": running.store.put(one), "props": held},
     )
     image = running.store.get(np.asarray(frames.values["frame"], object).ravel()[0], Image)
     data = io.BytesIO()

@@ -104,3 +104,15 @@ def test_times_are_written_as_clocks():
         "1:00.0",
         "2:05.0",
     ]
+
+
+def test_a_film_on_its_side_is_said_and_can_be_turned(tmp_path):
+    images = [np.rot90(picture(110 + 5 * step)) for step in range(8)]
+    clip = write_clip(tmp_path / "side.mp4", images)
+    lying = follow_person(clip, QUICK)
+    assert "follow.turn 270" in " ".join(lying.remarks)
+    upright = follow_person(clip, dataclasses.replace(QUICK, turn=270))
+    assert "follow.turn" not in " ".join(upright.remarks)
+    assert upright.facts["video"] == [320, 240]
+    height = upright.motion.joints[..., 1]
+    assert np.ptp(height, axis=1).min() > 1.2

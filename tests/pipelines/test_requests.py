@@ -49,6 +49,7 @@ OTHERS = {
     "hold": "head 0,1.5,0 from 1 to 2",
     "look_at": "camera",
     "retarget.life.look": "left",
+    "follow.turn": 90,
     "motion": "m.npz",
     "motion_bone_map": "k.yaml",
     "views": "front,turntable",

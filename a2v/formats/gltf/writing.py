@@ -70,16 +70,39 @@ def write_glb(
     document = skinned_document(character, clips, name=name, jpeg_quality=jpeg_quality)
     _animate_face(document, character, clips or {}, expressions or {})
     if props is not None:
-        _add_props(document, props)
+        _add_props(document, props, clips or {})
     document.write(path)
 
 
-def _add_props(document: Document, props: Props) -> None:
-    """Add a mesh and a node for each of the solids."""
-    for name, solid in props.surfaces():
-        document.json["scenes"][0]["nodes"].append(
-            document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0])
-        )
+def _add_props(document: Document, props: Props, clips: Clips) -> None:
+    """Add a mesh and a node for each of the solids, and animations of those that move. A thing is
+    not shown in the other clips."""
+    for (name, solid), mover in zip(props.surfaces(), props.movers.tolist(), strict=True):
+        node = document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0])
+        document.json["scenes"][0]["nodes"].append(node)
+        for animation in document.json.get("animations", []) if mover >= 0 else []:
+            frames, fps = clips[animation["name"]]
+            own = props.clips[mover] in ("", animation["name"])
+            moves = props.moves[: len(frames) if own else 1, mover].astype(np.float64)
+            scale = np.linalg.norm(moves[:, :3, 0], axis=-1)
+            keys = {
+                "translation": moves[:, :3, 3],
+                "rotation": continuous(_xyzw(moves[:, :3, :3] / scale[:, None, None])),
+                "scale": np.repeat((scale if own else 1e-3 * scale)[:, None], 3, axis=1),
+            }
+            times = document.accessor((np.arange(len(moves)) / fps).astype(np.float32), bounds=True)
+            for path, values in keys.items():
+                animation["samplers"].append(
+                    {
+                        "input": times,
+                        "output": document.accessor(values.astype(np.float32)),
+                        "interpolation": "STEP" if path == "scale" else "LINEAR",
+                    }
+                )
+                target = {"node": node, "path": path}
+                animation["channels"].append(
+                    {"sampler": len(animation["samplers"]) - 1, "target": target}
+                )
 
 
 def _animate_face(

@@ -75,6 +75,7 @@ OUR_OWN = {
 TO_STDOUT = {
     "pipelines/cli.py": "answers of commands, through `printable` or as ASCII JSON",
     "pipelines/commands/serve.py": "the address of the page",
+    "pipelines/serve/worker.py:prepare": "the sample photo",
     "a2v/io.py": "`say`",
 }
 """What prints: all else says it by `a2v.io.say`."""

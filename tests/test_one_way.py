@@ -62,6 +62,7 @@ OUR_OWN = {
     "pipelines/lab/train_classifier.py:run": "no file: the options of a data set",
     "pipelines/lab/training.py:learned_part": "no file: the options of a data set",
     "pipelines/nodes/export.py:glb": "just written, in a temporary folder",
+    "pipelines/serve/worker.py:prepare": "the sample photo",
     "pipelines/nodes/export.py:bvh": "just written, in a temporary folder",
     "pipelines/nodes/rendering.py:encode": "just written, in a temporary folder",
     "pipelines/outputs.py:_write": "a value of the store",
@@ -75,7 +76,6 @@ OUR_OWN = {
 TO_STDOUT = {
     "pipelines/cli.py": "answers of commands, through `printable` or as ASCII JSON",
     "pipelines/commands/serve.py": "the address of the page",
-    "pipelines/serve/worker.py:prepare": "the sample photo",
     "a2v/io.py": "`say`",
 }
 """What prints: all else says it by `a2v.io.say`."""

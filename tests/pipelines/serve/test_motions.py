@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,11 @@ def test_a_motion_stays_until_it_is_removed(server: Server, files: dict[str, byt
         ("walk.bvh", b"", "is empty"),
         ("walk.bvh", b"HIERARCHY\nROOT", "line"),
         ("walk.exe", b"MZ" + bytes(90), "unknown kind of motion"),
-        ("..%2F..%2Fx%00.fbx", b"Kaydara FBX Binary  \0" + bytes(90), "cannot read this file"),
+        (
+            "..%2F..%2Fx%00.fbx",
+            b"Kaydara FBX Binary  \0" + bytes(90),
+            "cannot read this file|FBX needs",
+        ),
         ("walk.pkl", pickle.dumps({"__import__": print}), "this file"),
         ("walk.npy", b"\x93NUMPY\x01\x00", "this file"),
         ("me.jpg", b"\xff\xd8\xff\xe0", "unknown kind of motion"),
@@ -116,7 +121,7 @@ def test_what_is_no_motion_is_refused_with_a_sentence(
     before = server.state()["motions"]
     status, told = send(server, name, data)
     assert status == 400
-    assert said in told["problem"], told
+    assert re.search(said, told["problem"]), told
     assert str(server.folder) not in told["problem"]
     assert "Error" not in told["problem"]
     assert not list(server.folder.glob("incoming/*"))

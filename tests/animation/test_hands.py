@@ -185,7 +185,7 @@ def test_hands_go_from_one_actions_pose_to_the_next_ones(body, rig):
     for own, frames in zip(
         single, (slice(0, 6), slice(13, 21), slice(28, 40)), strict=True
     ):  # away from the changes; the gaze of one action fades a little farther into the next
-        np.testing.assert_allclose(made[frames], retarget(own, body)[frames], atol=1e-3)
+        np.testing.assert_allclose(made[frames], retarget(own, body)[frames], atol=5e-3)
     knuckle = rig.bones["left_wrist"], Hand.of(rig, body.bone_names, "left").fingers["middle"][1]
     bend = np.linalg.norm(made[:, knuckle[0], :3, 3] - made[:, knuckle[1], :3, 3], axis=-1)
     assert np.abs(np.diff(bend)).max() < 0.5 * np.ptp(bend)  # continuous

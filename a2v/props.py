@@ -17,6 +17,8 @@ COLOR = (0.42, 0.47, 0.53)
 """sRGB of all props, chosen to differ from skin."""
 
 
+HIDDEN = 1e-3
+"""Scale of a thing that is not shown: too small to be seen."""
 Solid = tuple[str, FloatArray]
 """Name and points (N, 3) of a convex solid."""
 
@@ -49,8 +51,8 @@ class Props(Record):
     names : tuple of str
         One per solid.
     moves : (T, M, 4, 4) float32
-        World from each thing that moves, for every frame; a thing that is not shown is scaled to a
-        thousandth.
+        World from each thing that moves, for every frame; a thing that is not shown is scaled by
+        `HIDDEN`.
     mover : (S,) int32
         The thing of each solid that moves; -1 for those of the world. Empty if nothing moves.
     clips : tuple of M str
@@ -78,7 +80,7 @@ class Props(Record):
             )
 
     @classmethod
-    def of(cls, solids: list[tuple[str, FloatArray]]) -> Props:
+    def of(cls, solids: list[Solid]) -> Props:
         """Build convex solids, each the hull of its points (N, 3). Solids with the same name are
         numbered.
 

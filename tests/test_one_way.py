@@ -62,7 +62,6 @@ OUR_OWN = {
     "pipelines/lab/train_classifier.py:run": "no file: the options of a data set",
     "pipelines/lab/training.py:learned_part": "no file: the options of a data set",
     "pipelines/nodes/export.py:glb": "just written, in a temporary folder",
-    "pipelines/serve/worker.py:prepare": "the sample photo",
     "pipelines/nodes/export.py:bvh": "just written, in a temporary folder",
     "pipelines/nodes/rendering.py:encode": "just written, in a temporary folder",
     "pipelines/outputs.py:_write": "a value of the store",

@@ -77,9 +77,8 @@ class _Trunk:
         normals = np.einsum(
             "tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own]
         )
-        return cls(
-            points, normals, [cKDTree(frame, 32, False, balanced_tree=False) for frame in points]
-        )
+        quick = {"leafsize": 32, "compact_nodes": False, "balanced_tree": False}  # few queries each
+        return cls(points, normals, [cKDTree(frame, **quick) for frame in points])
 
 
 @dataclass(frozen=True)

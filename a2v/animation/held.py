@@ -19,7 +19,7 @@ from a2v.animation.hands import Hand
 from a2v.animation.rig import SIDES, Rig, rig_of
 from a2v.geometry.vectors import unit
 from a2v.kinematics.ground import smoothed
-from a2v.props import Moving, Solid, box, rod
+from a2v.props import HIDDEN, Moving, Solid, box, rod
 from a2v.types import Body, BoolArray, FloatArray, Motion
 
 _TABLE = Path(__file__).with_name("held.csv")
@@ -43,8 +43,6 @@ BODY = (0.17, 0.13, 0.08)
 """Radii of the two bouts of a guitar and its thickness, meters."""
 NECK = 0.62
 """Length of a guitar from the middle of its body to the end of its neck, meters."""
-AWAY = 1e-3
-"""Scale of a thing outside of its action: too small to be seen."""
 
 
 @functools.cache
@@ -133,7 +131,7 @@ def _busy(palms: _Palms, span: BoolArray, fps: float) -> str:
 def _shown(frames: FloatArray, span: BoolArray) -> FloatArray:
     """Scale a thing to nothing outside of its action."""
     made = frames.copy()
-    made[~span, :3, :3] *= AWAY
+    made[~span, :3, :3] *= HIDDEN
     return made
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -172,17 +172,18 @@ def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False)
     ``told``: the joints of fingers and face are meaningful; ``air``: the action is above the
     ground.
     """
-    truths = np.array(motion.provenance.get(fact, [otherwise]), np.float64)
-    if len(set(truths)) == 1:
-        return np.full(frames, truths[0])
-    if motion.action_starts is None or len(truths) != len(motion.action_starts):
-        return np.zeros(frames)
-    return _shares(motion, frames) @ truths
+    return _share(motion, motion.provenance.get(fact, [otherwise]), frames)
 
 
 def _heads_that_act(motion: Motion, frames: int) -> FloatArray:
     """Return the share (T,) of each frame that belongs to actions of `HEADS`."""
-    truths = np.array([name in HEADS for name in motion.action.split(",")], np.float64)
+    return _share(motion, [name in HEADS for name in motion.action.split(",")], frames)
+
+
+def _share(motion: Motion, owned: Sequence[bool], frames: int) -> FloatArray:
+    """Return the share (T,) of each frame that belongs to the `owned` (A,) of a motion's actions; 0
+    if their beginnings are unknown and not all are alike."""
+    truths = np.array(owned, np.float64)
     if len(set(truths)) == 1:
         return np.full(frames, truths[0])
     if motion.action_starts is None or len(truths) != len(motion.action_starts):

@@ -16,7 +16,14 @@ from a2v.animation.life import LifeSettings, enliven, share_of, swayed
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
-from a2v.animation.source import aligned, middle, source_joints, source_leg_length, upright_rotmat
+from a2v.animation.source import (
+    LEANING,
+    aligned,
+    middle,
+    source_joints,
+    source_leg_length,
+    upright_rotmat,
+)
 from a2v.animation.task import Task
 from a2v.errors import InputError
 from a2v.kinematics.foot_contacts import steps_under
@@ -120,9 +127,7 @@ def retarget(
         }
     scale = rig.leg_length / source_leg_length(source)
     source = {name: points * scale for name, points in source.items()}
-    if settings.level == "always" or (
-        settings.level == "auto" and motion.skeleton in ("humanact12", "ntu_vibe")
-    ):
+    if settings.level == "always" or (settings.level == "auto" and motion.skeleton in LEANING):
         rotmat = upright_rotmat(source, motion.fps)
         source = {name: points @ rotmat.T for name, points in source.items()}
     if settings.align:

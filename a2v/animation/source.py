@@ -35,6 +35,10 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
     return {name: motion.joints[:, index].astype(np.float64) for name, index in found.items()}
 
 
+LEANING = frozenset({"humanact12", "ntu_vibe"})
+"""Skeletons of data sets that were reconstructed from tilted cameras."""
+
+
 def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
     """Rotation (3, 3) that balances a standing person, for motions whose vertical leans with the
     camera.

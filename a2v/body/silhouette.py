@@ -52,8 +52,8 @@ class MaskField:
         field = torch.from_numpy(self.distance).to(pixels)
         height, width = field.shape
         position = pixels / self.step - 0.5
-        limit = torch.tensor([width - 1.0, height - 1.0], dtype=pixels.dtype)
-        clamped = torch.minimum(position.clamp(min=0.0), limit - 1e-4)
+        limit = torch.tensor([width - 1.0, height - 1.0], dtype=pixels.dtype) - 1e-4
+        clamped = torch.minimum(position.clamp(min=0.0), limit)
         corner = clamped.detach().floor().long()
         fraction = clamped - corner
         u, v = corner[..., 0], corner[..., 1]
@@ -63,7 +63,7 @@ class MaskField:
         ) * fv
         # Beyond the working grid the distance continues to grow. Without `abs`: its second
         # derivative makes PyTorch import its compiler (2 s).
-        beyond = torch.relu(-position) + torch.relu(position - (limit - 1e-4))
+        beyond = torch.relu(-position) + torch.relu(position - limit)
         value = value + beyond.sum(dim=-1) * self.step
         left, top, right, bottom = self.known
         seen = (

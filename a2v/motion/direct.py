@@ -81,19 +81,7 @@ def make_motion(
         return edited(figure, after)
     if direction is None:
         actions = [step.action for step in steps]
-        made = _made(model, steps, take, edit.speed)
-        if (
-            take.count == 1
-            and len(steps) == 1
-            and steps[0].action in LEAST_RISE
-            and not steps[0].seed
-        ):
-            least, drawn = LEAST_RISE[steps[0].action], take.seed
-            for attempt in range(1, DRAWS):
-                if _rise(made) >= least:
-                    break
-                take = dataclasses.replace(take, seed=drawn + attempt * FURTHER)
-                made = _made(model, steps, take, edit.speed)
+        made = _drawn(model, steps, take, edit.speed)
         made = planted(
             settled(smooth_actions(made, actions), model.card, actions),
             skeleton_of_motion(made),
@@ -178,6 +166,20 @@ def _made(model: MotionModel, steps: Sequence[Step], take: Take, speed: float) -
     if _late(steps):
         return _without_wait(model, steps, take, speed)
     return perform(model, steps, take, speed=speed, skip_rest=True)
+
+
+def _drawn(model: MotionModel, steps: Sequence[Step], take: Take, speed: float) -> Motion:
+    """Make clips, and a single one of `LEAST_RISE` again until it rises so far."""
+    made = _made(model, steps, take, speed)
+    if take.count > 1 or len(steps) > 1 or steps[0].seed:
+        return made
+    least = LEAST_RISE.get(steps[0].action, -np.inf)
+    for attempt in range(1, DRAWS):
+        if _rise(made) >= least:
+            break
+        seed = take.seed + attempt * FURTHER
+        made = _made(model, steps, dataclasses.replace(take, seed=seed), speed)
+    return made
 
 
 def _rise(motion: Motion) -> float:

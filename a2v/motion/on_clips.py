@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.animation.detail import FRONT
 from a2v.animation.posture import table_of
-from a2v.animation.source import source_joints, source_leg_length, upright_rotmat
+from a2v.animation.source import LEANING, source_joints, source_leg_length, upright_rotmat
 from a2v.geometry.vectors import unit
 from a2v.kinematics import Skeleton, rotvec_to_rotmat, swing_between
 from a2v.kinematics.from_joints import motion_of_joints
@@ -21,8 +21,6 @@ from a2v.types import FloatArray, Motion
 SOLE = 0.012
 """Height in meters of a standing person's lowest joint above the ground, on the library's
 skeleton."""
-LEVELLED = frozenset({"humanact12", "ntu_vibe"})
-"""Skeletons of data whose vertical leans with the camera (`a2v.animation.retarget`)."""
 
 
 def on_clips_motion(motion: Motion) -> Motion:
@@ -48,7 +46,7 @@ def on_clips_skeleton(motion: Motion) -> FloatArray:
     library = clip_library()
     skeleton, lengths = library.skeleton, library.lengths
     source = source_joints(motion)
-    if motion.skeleton in LEVELLED:
+    if motion.skeleton in LEANING:
         rotmat = upright_rotmat(source, motion.fps)
         motion = dataclasses.replace(
             motion, joints=(motion.joints.astype(np.float64) @ rotmat.T).astype(np.float32)

@@ -46,8 +46,6 @@ FIRST_SECONDS = 1.2
 """Length of the beginning of a motion that is sent before the whole motion."""
 AHEAD_SECONDS = 0.3
 """What is carried over beyond that beginning, since the last frames lack what comes after them."""
-LEVELED = ("humanact12", "ntu_vibe")
-"""Skeletons whose clips are turned upright as a whole, so that their beginning needs all of it."""
 QUATS = 32767
 """Steps from 0 to 1 of a sent quaternion's parts."""
 MOTIONS = (".bvh", ".npz")
@@ -124,6 +122,7 @@ def performed(
     bones (T, B, 4, 4), strengths (T,) of the face's expressions, frames per second
     """
     from a2v.animation import blinking
+    from a2v.animation.source import LEANING
     from a2v.motion.on_rig import retarget_edited
     from a2v.motion.plan import make_steps
     from a2v.motion.timeline import Take
@@ -139,20 +138,13 @@ def performed(
         direction=asked["direction"],
     )
     blinks = blinking(motion.frames, fps, asked["blink"])
-    if first and not edit.loop and motion.skeleton not in LEVELED:
-        motion = _beginning(motion, round((FIRST_SECONDS + AHEAD_SECONDS) * fps))
+    # a clip that leans is turned upright as a whole, so that its beginning needs all of it
+    if first and not edit.loop and motion.skeleton not in LEANING:
+        motion = motion.first(round((FIRST_SECONDS + AHEAD_SECONDS) * fps))
     moves = retarget_edited(motion, body, edit, settings=asked["retarget"])
     if first:
         moves = moves[: max(2, round(FIRST_SECONDS * fps))]
     return moves, {name: own[: len(moves)] for name, own in blinks.items()}, fps
-
-
-def _beginning(motion: Motion, frames: int) -> Motion:
-    """Return the first frames of a clip."""
-    joints, rotations, root = (
-        part[:frames] for part in (motion.joints, motion.rotations, motion.root)
-    )
-    return dataclasses.replace(motion, joints=joints, rotations=rotations, root=root)
 
 
 @functools.lru_cache(maxsize=4)

@@ -127,11 +127,10 @@ def prepare(detectors: bool) -> dict[str, object]:
     load_body_model()
     if detectors:
         from a2v.perception import decode_photo, find_person
-        from a2v.sessions import WEIGHTS
+        from a2v.samples.ready import PHOTO
 
-        path = WEIGHTS.parent / "samples" / "person.jpg"
         with contextlib.suppress(InputError):  # too small to be found, but all is loaded
-            find_person(decode_photo(path.read_bytes(), path.name)[::SPARSE, ::SPARSE].copy())
+            find_person(decode_photo(PHOTO.read_bytes(), PHOTO.name)[::SPARSE, ::SPARSE].copy())
     return {}
 
 

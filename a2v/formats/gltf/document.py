@@ -97,6 +97,30 @@ class Document:
         self.json["accessors"].append(entry)
         return len(self.json["accessors"]) - 1
 
+    def times(self, frames: int, fps: float) -> int:
+        """Append the times of an animation's frames, seconds; return the index of their
+        accessor."""
+        return self.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
+
+    def channel(
+        self,
+        animation: dict[str, Any],
+        times: int,
+        target: tuple[int, str],
+        values: FloatArray,
+        *,
+        interpolation: str = "LINEAR",
+    ) -> None:
+        """Append a channel to an animation: `values` (T, ...) at `times` of a property (path) of
+        a node, its `target`."""
+        output = self.accessor(values.astype(np.float32))
+        sampler = {"input": times, "output": output, "interpolation": interpolation}
+        animation["samplers"].append(sampler)
+        node, path = target
+        animation["channels"].append(
+            {"sampler": len(animation["samplers"]) - 1, "target": {"node": node, "path": path}}
+        )
+
     def sparse_accessor(self, count: int, indices: IntArray, values: FloatArray) -> int:
         """Append vectors (count, 3) that are zero except `values` (n, 3) float32 at ascending
         `indices` (n,), n >= 1.

@@ -81,7 +81,7 @@ def _animation(
         own = twin.armature
         roots = {bone for bone, parent in enumerate(own.parents.tolist()) if parent < 0}
         made.add(own.nodes, own.parents, twin.follows, [*range(len(own.nodes))], roots)
-    return {"name": name, "samplers": made.samplers, "channels": made.channels}
+    return {"name": name, **made.animation}
 
 
 class _Channels:
@@ -91,20 +91,14 @@ class _Channels:
         self._document, self._person, self._moves = document, person, moves
         self._rest = person.body.rest_transforms.astype(np.float64)
         self._world, self._above = person.file.node_matrices()
-        self._times = document.accessor(
-            (np.arange(len(moves)) / fps).astype(np.float32), bounds=True
-        )
-        self.samplers: list[dict[str, Any]] = []
-        self.channels: list[dict[str, Any]] = []
+        self._times = document.times(len(moves), fps)
+        self.animation: dict[str, Any] = {"samplers": [], "channels": []}
 
     def _channel(self, node: int, path: str, values: FloatArray) -> None:
         nodes = self._document.json["nodes"]
         if "matrix" in nodes[node]:
             nodes[node] = self._person.file.without_matrix(nodes[node])
-        output = self._document.accessor(values.astype(np.float32))
-        self.samplers.append({"input": self._times, "output": output, "interpolation": "LINEAR"})
-        target = {"node": node, "path": path}
-        self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
+        self._document.channel(self.animation, self._times, (node, path), values)
 
     def add(
         self,

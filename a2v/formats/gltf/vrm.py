@@ -316,7 +316,7 @@ def _add_strengths(
     """Add strengths (frames,) in the form of the format: the translation of a node along x for each
     expression."""
     known: dict[str, dict[str, dict[str, int]]] = {}
-    times = document.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
+    times = document.times(frames, fps)
     for expression, values in strengths.items():
         if np.shape(values) != (frames,):
             raise InputError(
@@ -324,16 +324,8 @@ def _add_strengths(
             )
         node = document.node(name=expression)
         document.json["scenes"][0]["nodes"].append(node)
-        path = np.stack([values, 0 * values, 0 * values], axis=1).astype(np.float32)
-        animation["samplers"].append(
-            {"input": times, "output": document.accessor(path), "interpolation": "LINEAR"}
-        )
-        animation["channels"].append(
-            {
-                "sampler": len(animation["samplers"]) - 1,
-                "target": {"node": node, "path": "translation"},
-            }
-        )
+        path = np.stack([values, 0 * values, 0 * values], axis=1)
+        document.channel(animation, times, (node, "translation"), path)
         kind = "preset" if expression in _LIDS else "custom"
         known.setdefault(kind, {})[_LIDS.get(expression, expression)] = {"node": node}
     return known

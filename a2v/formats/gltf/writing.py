@@ -21,7 +21,7 @@ from a2v.formats.gltf.document import ARRAY_BUFFER, Document
 from a2v.formats.gltf.mesh import add_mesh, split_corners
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.props import Props
+from a2v.props import HIDDEN, Props
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 MAX_MORPH_BYTES = 2 << 30
@@ -88,21 +88,12 @@ def _add_props(document: Document, props: Props, clips: Clips) -> None:
             keys = {
                 "translation": moves[:, :3, 3],
                 "rotation": continuous(_xyzw(moves[:, :3, :3] / scale[:, None, None])),
-                "scale": np.repeat((scale if own else 1e-3 * scale)[:, None], 3, axis=1),
+                "scale": np.repeat((scale if own else HIDDEN * scale)[:, None], 3, axis=1),
             }
-            times = document.accessor((np.arange(len(moves)) / fps).astype(np.float32), bounds=True)
+            times = document.times(len(moves), fps)
             for path, values in keys.items():
-                animation["samplers"].append(
-                    {
-                        "input": times,
-                        "output": document.accessor(values.astype(np.float32)),
-                        "interpolation": "STEP" if path == "scale" else "LINEAR",
-                    }
-                )
-                target = {"node": node, "path": path}
-                animation["channels"].append(
-                    {"sampler": len(animation["samplers"]) - 1, "target": target}
-                )
+                how = "STEP" if path == "scale" else "LINEAR"
+                document.channel(animation, times, (node, path), values, interpolation=how)
 
 
 def _animate_face(
@@ -114,9 +105,7 @@ def _animate_face(
         if animation["name"] not in tables:
             continue
         table = tables[animation["name"]]
-        times = document.accessor(
-            (np.arange(len(table)) / clips[animation["name"]][1]).astype(np.float32), bounds=True
-        )
+        times = document.times(len(table), clips[animation["name"]][1])
         for node, item in enumerate(document.json["nodes"]):
             names = (
                 document.json["meshes"][item["mesh"]].get("extras", {}).get("targetNames")
@@ -127,17 +116,7 @@ def _animate_face(
                 continue
             assert character.surface.face is not None
             own = table[:, [character.surface.face.names.index(name) for name in names]]
-            animation["samplers"].append(
-                {
-                    "input": times,
-                    "output": document.accessor(own.reshape(-1)),
-                    "interpolation": "LINEAR",
-                }
-            )
-            target = {"node": node, "path": "weights"}
-            animation["channels"].append(
-                {"sampler": len(animation["samplers"]) - 1, "target": target}
-            )
+            document.channel(animation, times, (node, "weights"), own.reshape(-1))
 
 
 def skinned_document(
@@ -260,15 +239,10 @@ def write_morph_glb(
     document.json["meshes"][mesh]["weights"] = [0.0] * len(frames)
     node = document.node(name=name, mesh=mesh)
     document.json["scenes"][0]["nodes"] = [node]
-    times = document.accessor((np.arange(len(frames)) / fps).astype(np.float32), bounds=True)
-    weights = document.accessor(np.eye(len(frames), dtype=np.float32).reshape(-1))
-    document.json["animations"] = [
-        {
-            "name": clip,
-            "samplers": [{"input": times, "output": weights, "interpolation": "LINEAR"}],
-            "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}}],
-        }
-    ]
+    animation: dict[str, Any] = {"name": clip, "samplers": [], "channels": []}
+    weights = np.eye(len(frames), dtype=np.float32).reshape(-1)
+    document.channel(animation, document.times(len(frames), fps), (node, "weights"), weights)
+    document.json["animations"] = [animation]
     document.write(path)
 
 
@@ -283,27 +257,15 @@ def add_animation(
     """Make an animation of bone transforms (T, B, 4, 4), with channels for bones that move relative
     to `bind` (B, 4, 4)."""
     local = parent_from_bone(transforms, parents)
-    times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
-    samplers: list[dict[str, Any]] = []
-    channels: list[dict[str, Any]] = []
-
-    def channel(bone: int, path: str, values: FloatArray) -> None:
-        samplers.append(
-            {
-                "input": times,
-                "output": document.accessor(values.astype(np.float32)),
-                "interpolation": "LINEAR",
-            }
-        )
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": bone, "path": path}})
-
+    times = document.times(len(local), fps)
+    made: dict[str, Any] = {"name": name, "samplers": [], "channels": []}
     for bone in range(local.shape[1]):
         rotmats = local[:, bone, :3, :3]
         if parents[bone] < 0 or np.abs(rotmats - bind[bone, :3, :3]).max() > 1e-6:
-            channel(bone, "rotation", continuous(_xyzw(rotmats)))
+            document.channel(made, times, (bone, "rotation"), continuous(_xyzw(rotmats)))
         if parents[bone] < 0 or np.abs(local[:, bone, :3, 3] - bind[bone, :3, 3]).max() > 1e-6:
-            channel(bone, "translation", local[:, bone, :3, 3])
-    return {"name": name, "samplers": samplers, "channels": channels}
+            document.channel(made, times, (bone, "translation"), local[:, bone, :3, 3])
+    return made
 
 
 def _xyzw(rotmats: FloatArray) -> FloatArray:

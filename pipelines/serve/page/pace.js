@@ -17,6 +17,8 @@ export class Pace {
     this.patience = PATIENCE;
     this.times = [];
     this.last = 0;
+    this.count = 0;  // frames drawn
+    this.raised = false;  // whether more is drawn than before
     this.apply();
   }
 
@@ -34,7 +36,7 @@ export class Pace {
     const passed = now - this.last, resting = now < this.until;
     if (this.stage.weak && passed < (resting ? RESTING : LEAST)) return false;
     this.last = now;
-    this.count = (this.count || 0) + 1;
+    this.count += 1;
     this.stage.renderer.shadowMap.autoUpdate = false;
     this.stage.renderer.shadowMap.needsUpdate = this.count % LEVELS[this.level][1] === 0;
     if (!resting && passed < 1000) this.measure(passed);

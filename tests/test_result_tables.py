@@ -64,6 +64,27 @@ def test_the_overview_has_the_same_values(column: int, values: str) -> None:
         assert table[row][column] == " / ".join(scores[name][:2]), row
 
 
+@pytest.mark.parametrize("values", ["motion_humanact12", "motion_cmu"])
+def test_the_page_of_the_weights_has_the_same_values(values: str) -> None:
+    table = the_table("../a2v/weights/README.md", "`cmu`", 5)
+    for name, own in measured(values).items():
+        weights = name.split("(")[-1].rstrip(")")
+        if name != "Real motions" and " at its " not in name:
+            assert table[f"`{weights}`"][:2] == own[:2], name
+
+
+@pytest.mark.parametrize("values", ["motion_humanact12", "motion_cmu"])
+def test_text_names_the_best_decoder_with_its_value(values: str) -> None:
+    own = {
+        name.split(" ")[0]: row for name, row in measured(values).items() if " at its " not in name
+    }
+    best = min(VAES, key=lambda vae: own[vae][0])
+    fid, accuracy = (cell.split(" ")[0].removeprefix("0") for cell in own[best][:2])
+    assert f"{fid} and {accuracy}" in (DOCS / "method.md").read_text(encoding="utf-8")
+    research = (DOCS / "research" / "motion-vae.md").read_text(encoding="utf-8")
+    assert f"{fid} on " in research
+
+
 @pytest.mark.parametrize(("column", "dataset"), list(enumerate(SETS)))
 def test_the_overview_has_the_published_values(column: int, dataset: str) -> None:
     table = the_table("motion_models.md", "plain", 3, 1)

@@ -32,8 +32,8 @@ FORMAT = 5
 """Version of the file. Raise it when the output of `compile_anny` changes; old caches are then
 ignored."""
 ALIKE = 5e-6
-"""Diagonals of a quad that differ by less, relative to their sum, count as equally long. Those of 54
-quads of the eyes differ by less than 2.4e-6, so that rounding would choose; the next by 8.9e-6."""
+"""Diagonals of a quad that differ by less, relative to their sum, count as equally long. Those of
+56 quads differ by less than 2.4e-6, so that rounding would choose; the next by 8.9e-6."""
 
 LOCAL_CHANGES: tuple[str, ...] = (
     "measure-neck-height-incr",
@@ -250,9 +250,7 @@ def _faces(model: Any, whole: bool) -> dict[str, np.ndarray]:
     quads = model.faces.numpy().astype(np.int32)
     if not whole:
         points = model.template_vertices.numpy().astype(np.float64)[quads]
-        first, second = (
-            np.linalg.norm(points[:, at] - points[:, at + 2], axis=1) for at in (0, 1)
-        )
+        first, second = (np.linalg.norm(points[:, at] - points[:, at + 2], axis=1) for at in (0, 1))
         halves = np.where(
             (second - first > ALIKE * (first + second))[:, None],
             quads[:, [0, 1, 2, 2, 3, 0]],

@@ -63,19 +63,29 @@ def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
 
 
 def binding_key(mesh: Topology, body: Body) -> np.ndarray:
-    """Return the digest (32,) uint8 of all that `found_weights` depends on."""
+    """Return the digest (32,) uint8 of all that `found_weights` depends on.
+
+    Of the faces these are the ones at smoothed vertices. Those of the teeth do not count: rounding
+    chooses among equally short strips of triangles that close them.
+    """
     settings = np.array([_STEEPEST, _ROUNDS, _RINGS])
     names = np.array([*body.bone_names, *_SMOOTHED, *np.concatenate(_ALIKE)])
+    faces = mesh.faces[_may_change(mesh, body)[mesh.faces].any(axis=1)]
     return digest_of_arrays(
-        mesh.faces, mesh.nearest, mesh.skin, body.weights, body.parts, names, settings
+        faces, mesh.nearest, mesh.skin, body.weights, body.parts, names, settings
     )
+
+
+def _may_change(mesh: Topology, body: Body) -> BoolArray:
+    """Return the vertices (V,) of skin on which weights are averaged."""
+    return np.asarray(mesh.skin & on_parts(body.parts[mesh.nearest], *_SMOOTHED))
 
 
 def found_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
     """Compute `four_weights`."""
     of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
     dense = mesh.spread(np.concatenate([body.weights, of_teeth]).astype(np.float64))
-    free = np.asarray(mesh.skin & on_parts(body.parts[mesh.nearest], *_SMOOTHED))
+    free = _may_change(mesh, body)
     dense = one_of_alike(softened(dense, mesh.faces, free), body.bone_names)
     bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(dense, bones, axis=1)

@@ -17,14 +17,12 @@ from a2v.geometry.mesh import within
 from a2v.geometry.rays import texels
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.backs.seen import HANDS
+from a2v.reconstruction.canonical.mean_face import EXTENT, mean_face
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.places import (
     BROWS,
     LEFT_EYE,
     LEFT_IRIS,
-    LIPS,
-    MOUTH_ABOVE,
-    MOUTH_BELOW,
     RIGHT_EYE,
     RIGHT_IRIS,
 )
@@ -44,12 +42,10 @@ _FADE = 0.012
 """Distance from the rim of the face over which its colors fade into those around it, meters."""
 _SIZE = 640
 """Width of the drawing of the face, pixels."""
-_EXTENT = 0.24
-"""Width of the drawing of the face, meters."""
 _BROW = 0.55
 """Share of the color of the hair in the brows."""
-_LIP = np.array([0.86, 0.66, 0.66])
-"""Color of the lips relative to the skin."""
+_BROW_SOFT = 6.0
+"""Width of their borders, pixels of the drawing."""
 _IRIS = np.array([0.32, 0.22, 0.15])
 """Color of the irises, sRGB."""
 _WHITE = np.array([0.86, 0.84, 0.82])
@@ -58,10 +54,6 @@ _PUPIL = np.array([0.10, 0.07, 0.06])
 """Color of the pupils, sRGB."""
 _LID = 0.002
 """Way of the skin in a blink from which on it belongs to the lids, meters."""
-_NOSTRILS = ((2, 98), (2, 327))
-"""Pairs of landmarks with a nostril between them."""
-_NOSTRIL = 4.0
-"""Radius of a nostril, pixels of the drawing."""
 _AROUND = 40
 """Number of vertices around one that smooth the hairline."""
 
@@ -84,7 +76,7 @@ def with_neutral_face(surface: Surface, spots: Spots, *, whole: bool) -> Surface
     rest = standing.vertices.astype(np.float64)
     points = points_on_face(rest)
     middle = points[:, :2].mean(axis=0)
-    scale = _SIZE / _EXTENT
+    scale = _SIZE / EXTENT
     places = (points[:, :2] - middle) * [1, -1] * scale + _SIZE / 2
     drawn, eyed = _drawing(places, skin, hair)
     drawn_at = np.column_stack([places, points[:, 2] * scale]).astype(np.float32)
@@ -186,24 +178,19 @@ def _drawing(
 ) -> tuple[FloatArray, FloatArray]:
     """Front views of the face without and with eyes (S, S, 3) float32, sRGB in [0, 1], with
     landmarks at `places` (478, 2), pixels. Eyeballs have the second one."""
-    picture = np.tile(skin, (_SIZE, _SIZE, 1))
+    picture = np.asarray(mean_face(places, skin, _SIZE), np.float64)
     brow = _BROW * hair + (1 - _BROW) * skin
     for half in (BROWS[:10], BROWS[10:]):
-        picture = _filled(picture, _hull(places[list(half)]), brow, soft=2.5)
-    picture = _filled(picture, places[list(LIPS)], _LIP * skin, soft=4.0)
-    line = np.concatenate([places[list(MOUTH_ABOVE)], places[list(MOUTH_BELOW)][::-1]])
-    picture = _filled(picture, line + np.array([0.0, 0.5]), 0.5 * _LIP * skin, soft=1.5)
-    for side in _NOSTRILS:
-        middle = places[list(side)].mean(axis=0)
-        picture = _filled(picture, _circle(middle, _NOSTRIL), 0.55 * skin, soft=3.0)
+        picture = _filled(picture, _hull(places[list(half)]), brow, soft=_BROW_SOFT)
     eyed = picture
     for opening, iris in ((RIGHT_EYE, RIGHT_IRIS), (LEFT_EYE, LEFT_IRIS)):
         lids = places[list(opening)]
         inside = _filled(eyed, lids, _WHITE, soft=0.7)
-        round_ = places[list(iris[1:])]
-        radius = float(np.linalg.norm(round_ - places[iris[0]], axis=1).mean())
+        # the model's landmarks of the irises are high: it looks up
+        middle = np.array([places[iris[0], 0], lids[:, 1].mean()])
+        radius = float(np.linalg.norm(places[list(iris[1:])] - places[iris[0]], axis=1).mean())
         for color, size in ((0.6 * _IRIS, 1.0), (_IRIS, 0.88), (_PUPIL, 0.42)):
-            inside = _filled(inside, _circle(places[iris[0]], size * radius), color, soft=0.7)
+            inside = _filled(inside, _circle(middle, size * radius), color, soft=0.7)
         eyed = _lashes(_mixed(eyed, inside, lids, soft=0.7), lids, 0.3 * skin)
     return np.asarray(picture, np.float32), np.asarray(eyed, np.float32)
 

@@ -94,9 +94,13 @@ def label(painting: Painting) -> Painting:
     """Label skin, hair, garments and shoes."""
     if painting.evidence is None:
         return painting
+    spots = painting.spots
     labels, strange = label_surface(painting.evidence)
-    if (cover := painting.head_cover) is not None:  # strands beside a cheek make it no hair
+    if (cover := painting.head_cover) is not None:
+        # strands beside a cheek make it no hair, and brown hair above brown skin is not bare
         labels = np.where(cover.told & ~cover.covered & (labels == HAIR), SKIN, labels)
+        grown = cover.told & cover.covered & (False if spots is None else spots.scalp)
+        labels = np.where(grown & (labels == SKIN), HAIR, labels)
     return dataclasses.replace(painting, materials=Materials.of(labels, strange))
 
 

@@ -56,6 +56,19 @@ def test_futures_of_a_file(start, tmp_path, suffix):
     assert np.abs(made.joints[0] - made.joints[1]).max() > 0.01
 
 
+@pytest.mark.parametrize("name", ["cmu-glmi-m", "humanact12-glmi-m"])
+def test_futures_of_a_frame_by_frame_model_go_on_without_a_jump(start, tmp_path, name):
+    """A VAE reproduces given poses with an error of centimeters, which must not show at once."""
+    given = ["--start", start.with_suffix(".npz"), "--start_frames", 9, "--model", name]
+    asked = ["--action", "Walk", "--frames", 60, "--count", 20, "--fps", MotionModel.load(name).fps]
+    motion(*given, *asked, "--out", tmp_path / "f.npz")
+    made = Motion.load(tmp_path / "f.npz")
+    changes = np.linalg.norm(np.diff(made.joints, 2, axis=1), axis=-1).mean(-1)
+    assert np.median(changes[:, made.given_frames - 2]) < 2 * np.median(
+        changes[:, made.given_frames :]
+    )
+
+
 def test_rows_between_two_motions(tmp_path):
     motion(
         "--action",

@@ -59,6 +59,33 @@ def test_cmus_tables_have_the_measured_values(number: int, values: str) -> None:
     assert {name: table.get(name) for name in scores} == scores
 
 
+PAGES = {
+    "motion_humanact12": ("motion_humanact12", "motion_humanact12.alike"),
+    "motion_humanact12_fine": ("motion_humanact12_fine_vaes", "motion_humanact12_fine_vaes.alike"),
+    "motion_cmu_fine": ("motion_cmu_fine", "motion_cmu_fine.alike"),
+    "motion_humanact12_held_out": ("motion_humanact12_held_out",),
+    "baselines": tuple(
+        f"baselines_{name.replace('-', '_')}{e}" for name in SETS for e in ("", ".alike")
+    ),
+}
+"""Files of values by the page whose tables show them."""
+
+
+@pytest.mark.parametrize(
+    ("page", "values"), [(page, name) for page, names in PAGES.items() for name in names]
+)
+def test_pages_have_the_measured_values(page: str, values: str) -> None:
+    shown = {
+        (name.removesuffix(", trained here").casefold().replace(" ", "-"), *cells[:4])
+        for own in tables(f"results/{page}.md")
+        for name, cells in own.items()
+    }
+    for name, own in measured(values).items():
+        if not (page == "motion_humanact12_fine" and name == "Real motions"):  # the flow's draw
+            row = name.removesuffix(" (baseline.pt)").casefold().replace(" ", "-")
+            assert (row.replace("latent-transition", "latenttransition"), *own) in shown, name
+
+
 @pytest.mark.parametrize(("column", "values"), [(0, "motion_humanact12"), (2, "motion_cmu")])
 def test_the_overview_has_the_same_values(column: int, values: str) -> None:
     table = the_table("motion_models.md", "our flow", 3)

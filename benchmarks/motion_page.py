@@ -1,4 +1,4 @@
-"""Measure the page of `a2v motion --page` in Chromium: the time from opening to the first clip, and
+"""Measure the page of `a2v motion-page` in Chromium: the time from opening to the first clip, and
 from a click on Another to the next one.
 
     python -m benchmarks.motion_page [--repeats 5] [--clips 9] [--character me.glb]

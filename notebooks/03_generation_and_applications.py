@@ -122,7 +122,7 @@ play(each, titles=list(model.actions))
 # %% [markdown]
 # Models of fine-grained actions have several labels of one kind. There,
 # `matching_actions(model, "lift_dumbbell*")` returns all of them, and
-# `a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png` shows them beside each other.
+# `a2v sample --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png` shows them beside each other.
 #
 # ## Transitions
 # In the VAE the label $\mathbf a$ changes at some frame and the recurrent states stay (journal,
@@ -206,7 +206,7 @@ for name in ("humanact12-glmi-m", "humanact12"):
 # with both hands between them. Such pairs exist here too:
 #
 # ```
-# a2v motion --model humanact12-glmi-m --action lift_dumbbell --interpolate 5 --seed 164 \
+# a2v sample --model humanact12-glmi-m --action lift_dumbbell --interpolate 5 --seed 164 \
 #     --to-seed 151 --out between.png
 # ```
 #
@@ -218,7 +218,7 @@ for name in ("humanact12-glmi-m", "humanact12"):
 # %% [markdown]
 # ## Futures of given poses
 # The first poses are given, and the model continues them, differently for each noise (Sec. 5.1.5).
-# They may come from a file of any person's skeleton (`a2v motion --start FILE`); the futures have
+# They may come from a file of any person's skeleton (`a2v sample --start FILE`); the futures have
 # the body of the start. The black line is the given part. The cell runs the flow `cmu`, which sees
 # the last frames of the start; a VAE takes all of them.
 
@@ -272,13 +272,14 @@ print(
 
 # %% [markdown]
 # ## Files
-# `a2v motion` does all of this on the command line. `--native` writes the data set's own frame and
+# `a2v motion` and `a2v sample` do all of this on the command line. `--native` writes the data set's own frame and
 # unit, which the papers' classifiers expect.
 
 # %%
 commands = [
-    ["--action", "Walk,Jump", "--frames", "90", "--out", folder / "walk-jump.bvh"],
+    ["motion", "--action", "Walk,Jump", "--frames", "90", "--out", folder / "walk-jump.bvh"],
     [
+        "sample",
         "--model",
         "humanact12",
         "--action",
@@ -292,13 +293,13 @@ commands = [
 ]
 for command in commands:
     subprocess.run(
-        [sys.executable, "-m", "pipelines", "motion", *map(str, command)],
+        [sys.executable, "-m", "pipelines", *map(str, command)],
         check=True,
         cwd="..",
         capture_output=True,
     )
     print(
-        "a2v motion",
+        "a2v",
         " ".join(map(str, command[:-1])),
         f"{command[-1].name}: {command[-1].stat().st_size / 1e3:.0f} kB",
     )
@@ -332,7 +333,7 @@ print(
 
 # %% [markdown]
 # ## In the browser
-# `a2v motion --page motions.html` writes one file that samples the model in the browser, without
+# `a2v motion-page --out motions.html` writes one file that samples the model in the browser, without
 # server or network: actions to search, seed, length and guidance to choose, played by sticks or by
 # a character (`write_motion_page` of `a2v.motion.page`; [the page](../docs/motion_page.md)). A seed
 # makes the same motion there as here.

@@ -17,7 +17,7 @@
 # A video shows where the joints of a person are in the picture. It does not show how deep they lie.
 # This lecture follows one person through a short video, step by step: landmarks per frame, the
 # depth of each bone, one body that is fitted to all frames, feet on the ground. The video is
-# rendered here, so that the truth is known. `a2v motion --from-video clip.mp4 --out me.bvh` runs
+# rendered here, so that the truth is known. `a2v follow --video clip.mp4 --out me.bvh` runs
 # the same steps ([motions from videos](../docs/footage.md)).
 
 # %%

@@ -312,7 +312,7 @@ def check_extras() -> Iterator[Check]:
         about=about,
         advice="" if there else compression.PACKAGES.install_command,
     )
-    about, there = "a2v motion --page: motions generated in the browser", page.PACKAGES.installed
+    about, there = "a2v motion-page: motions generated in the browser", page.PACKAGES.installed
     yield Check(
         name="page",
         status="works" if there else "optional",

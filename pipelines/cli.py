@@ -43,6 +43,9 @@ COMMANDS = {
     "video": "make a video, a rigged character and its motion from a photo and an action",
     "batch": "make the videos of a table of jobs",
     "motion": "generate motion files from an action",
+    "follow": "make motion files from the person in a video",
+    "motion-page": "write a page that generates motions in the browser",
+    "sample": "sample one motion model, for research",
     "character": "make one character file with several actions from a photo",
     "retarget": "add actions to your own character file",
     "reconstruct": "make a rigged, textured 3D character from a photo",
@@ -261,9 +264,14 @@ def available() -> dict[str, str]:
     return {name: text for name, text in COMMANDS.items() if module_of(name)}
 
 
+def file_of(command: str) -> str:
+    """Return the name of the file of a command such as "motion-page" or "train flow"."""
+    return command.translate(str.maketrans(" -", "__"))
+
+
 def module_of(command: str) -> str:
     """Return the module of a command such as "video" or "train flow"; "" if there is none."""
-    names = (f"{room}.{command.replace(' ', '_')}" for room in ROOMS)
+    names = (f"{room}.{file_of(command)}" for room in ROOMS)
     return next((name for name in names if importlib.util.find_spec(name)), "")
 
 
@@ -274,8 +282,13 @@ def every_command() -> tuple[str, ...]:
         for room in ROOMS
         for one in pkgutil.iter_modules(importlib.import_module(room).__path__)
     )
+    whole = {file_of(name): name for name in COMMANDS}
     return tuple(
-        sorted(stem.replace("_", " ") for stem in stems if stem.partition("_")[0] in COMMANDS)
+        sorted(
+            whole.get(stem, stem.replace("_", " "))
+            for stem in stems
+            if stem.partition("_")[0] in COMMANDS
+        )
     )
 
 
@@ -306,8 +319,11 @@ def _run(arguments: list[str]) -> Answer:
     rest = arguments[own.count(" ") + 1 :]
     if hasattr(command, "SUBCOMMANDS"):
         return _choose_subcommand(own, command, rest)
+    from pipelines.moved import refuse_moved
     from pipelines.options import parse
 
+    if own == "motion":
+        refuse_moved(rest)
     answer: Answer = command.run(
         parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES)
     )
@@ -321,9 +337,8 @@ def _own_command(name: str, arguments: Sequence[str]) -> str:
     "train flow", and else `name`.
     """
     what = arguments[0] if arguments else ""
-    if what.isidentifier() and module_of(f"{name} {what}"):
-        return f"{name} {what}"
-    return name
+    part = f"{name} {what}"
+    return part if what.isidentifier() and part in every_command() else name
 
 
 def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str]) -> Answer:

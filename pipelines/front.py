@@ -21,7 +21,6 @@ from a2v.formats.registry import write_motion
 from a2v.io import brief
 from a2v.types import Character, Motion
 from pipelines.commands import character as character_command
-from pipelines.commands import motion as motion_command
 from pipelines.commands import reconstruct as reconstruct_command
 from pipelines.commands import video as video_command
 from pipelines.engine.progress import Listener
@@ -29,6 +28,7 @@ from pipelines.engine.store import Store
 from pipelines.given import listing, path_given
 from pipelines.inputs import RunOptions, check_writable
 from pipelines.keywords import FileKeywords, FilmKeywords, MotionKeywords, PersonKeywords
+from pipelines.motion_file import FORMATS
 from pipelines.outputs import made_motion, write_blob
 from pipelines.requests.file import FileRequest
 from pipelines.requests.film import FilmRequest
@@ -105,7 +105,7 @@ class MotionClip:
         """
         target = Path(path_given("path", path, "the name of a file to write"))
         check_writable(target.parent)
-        return write_motion(target, self.motion, motion_command.FORMATS)[0]
+        return write_motion(target, self.motion, FORMATS)[0]
 
 
 @dataclass(frozen=True, kw_only=True)

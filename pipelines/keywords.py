@@ -64,11 +64,11 @@ class MotionKeywords(TypedDict, total=False):
 
     timeline: Text | None
     strict: bool
-    model: Text
-    license: Literal["any", "free"]
     seconds: float | None
     frames: int | None
     fps: float
+    model: Text
+    license: Literal["any", "free"]
     seed: int
     path: Text | None
     pace: float | None

@@ -183,9 +183,7 @@ def write_pose(path: Path, character: Character) -> Path:
     return path
 
 
-def rig_of_motions(
-    path: Path, rig: str | None, root_motion: bool, *, native: bool
-) -> RigOptions | None:
+def rig_of_motions(path: Path, rig: str | None, root_motion: bool) -> RigOptions | None:
     """Return the options of the rig of a motion file; None for the motion's own skeleton.
 
     Raises
@@ -200,7 +198,7 @@ def rig_of_motions(
             raise InputError("--root-motion requires a rig; name one with --rig")
         return None
     known = [one for one in RIG_MOTIONS if ONLY_RIGS.get(one, rig) == rig]
-    if suffix not in known or native:
+    if suffix not in known:
         raise InputError(
             f"cannot write {path} with --rig {rig}; a motion on this rig is a "
             f"{', '.join(known)}, and a2v character writes characters"

@@ -81,7 +81,7 @@ TOPICS = (
         "Actions, prompts and motion models",
         "The words name no known action, a direction cannot be met, or a model's file is damaged. "
         "`a2v actions` lists what can be requested.",
-        ("a2v/motion", "pipelines/motion_page.py", "pipelines/motion_film.py"),
+        ("a2v/motion", "pipelines/motion_clips.py", "pipelines/motion_file.py"),
     ),
     Topic(
         "Skeletons, meshes and cameras",

@@ -45,18 +45,17 @@ SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 @pytest.mark.parametrize(
     "words",
     [
-        ("--seed", -1),
-        ("--seed", 2**70),
-        ("--count", -1),
-        ("--count", 10**9),
-        ("--count", 0),
-        ("--to_seed", -5),
+        ("motion", "--seed", -1),
+        ("motion", "--seed", 2**70),
+        ("motion", "--count", -1),
+        ("motion", "--count", 10**9),
+        ("motion", "--count", 0),
+        ("sample", "--to_seed", -5),
     ],
 )
 def test_numbers_out_of_range(capsys, tmp_path, words):
-    refused(
-        capsys, "motion", "--action", "Walk", "--frames", 4, *words, "--out", tmp_path / "a.npz"
-    )
+    command, *given = words
+    refused(capsys, command, "--action", "Walk", "--frames", 4, *given, "--out", tmp_path / "a.npz")
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32])

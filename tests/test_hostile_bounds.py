@@ -61,11 +61,15 @@ def test_paths_are_neither_endless_nor_a_place(text):
 
 @pytest.mark.parametrize(
     "words",
-    [("--count", 10**6, "--frames", 1), ("--count", 10**9), ("--action", ",".join(["*"] * 20_000))],
+    [
+        ("motion", "--count", 10**6, "--frames", 1),
+        ("motion", "--count", 10**9),
+        ("sample", "--action", ",".join(["*"] * 20_000)),
+    ],
 )
 def test_clips_without_number_are_refused_at_once(capsys, tmp_path, words):
     begun = time.process_time()
-    refused(capsys, "motion", "--action", "Walk", *words, "--out", tmp_path / "a.npz")
+    refused(capsys, words[0], "--action", "Walk", *words[1:], "--out", tmp_path / "a.npz")
     assert time.process_time() - begun < 8
 
 
@@ -84,8 +88,10 @@ def test_paces_that_nobody_walks(capsys, tmp_path, pace):
     )
 
 
-@pytest.mark.parametrize("option", ["--start", "--bones", "--end-pose"])
-def test_a_motion_file_of_no_clips(capsys, tmp_path, option):
+@pytest.mark.parametrize(
+    ("command", "option"), [("sample", "--start"), ("motion", "--bones"), ("motion", "--end-pose")]
+)
+def test_a_motion_file_of_no_clips(capsys, tmp_path, command, option):
     arrays = person(frames=3).to_arrays()
     empty = {
         name: np.zeros((0, *arrays[name].shape), np.float32)
@@ -96,7 +102,7 @@ def test_a_motion_file_of_no_clips(capsys, tmp_path, option):
         Motion.load(tmp_path / "none.npz")
     refused(
         capsys,
-        "motion",
+        command,
         "--action",
         "Walk",
         option,
@@ -271,7 +277,7 @@ def test_skins_that_are_none(capsys, tmp_path, skin):
     with pytest.raises(InputError, match=r"a\.glb") as caught:
         load_avatar(tmp_path / "a.glb")
     assert len(str(caught.value)) < 700
-    refused(capsys, "motion", "--page", tmp_path / "a.html", "--character", tmp_path / "a.glb")
+    refused(capsys, "motion-page", "--out", tmp_path / "a.html", "--character", tmp_path / "a.glb")
 
 
 @pytest.mark.parametrize(

@@ -64,10 +64,20 @@ REFUSED = {
     "motion": (
         "--action Walk --out w.xyz",
         "--action Qwxz --out w.npz",
-        "--page p.txt",
-        "--page p.html --model nothing",
-        "--page p.html --out w.npz",
         "--action Walk --path none.csv --out w.npz",
+        "--page p.html",
+        "--from-video text --out w.npz",
+    ),
+    "motion-page": ("--out p.txt", "--out p.html --model nothing"),
+    "follow": (
+        "--video none.mp4 --out w.npz",
+        "--video text --out w.npz",
+        "--video . --out w",
+    ),
+    "sample": (
+        "--action Walk --native --out w.bvh",
+        "--action Walk --start none.npz --out w.npz",
+        "--action Walk,Bow --interpolate 3 --out w.npz",
     ),
     "reconstruct": (
         "--photo none.jpg --out r.glb",

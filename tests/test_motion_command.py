@@ -1,7 +1,9 @@
-"""``a2v motion``: the papers' applications and native joints, on the shipped models."""
+"""``a2v motion`` and ``a2v sample``: the papers' applications and native joints, on the shipped
+models; and what old spellings are answered with."""
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +16,17 @@ from a2v.kinematics import bone_lengths
 from a2v.motion import MotionModel
 from a2v.motion.direct import on_feet
 from a2v.types import Motion
-from pipelines.cli import main
-from pipelines.commands.motion import bone_scale
+from pipelines.cli import load_command, main
+from pipelines.motion_clips import ClipOptions
+from pipelines.options import parse
 
 
-def motion(*arguments: object, code: int = 0) -> None:
-    assert main(["motion", *(str(argument) for argument in arguments)]) == code
+def motion(*arguments: object, code: int = 0, command: str = "motion") -> None:
+    assert main([command, *(str(argument) for argument in arguments)]) == code
+
+
+def sample(*arguments: object, code: int = 0) -> None:
+    motion(*arguments, code=code, command="sample")
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +41,7 @@ def start(tmp_path_factory):
 @pytest.mark.parametrize("suffix", [".npz", ".bvh"])
 def test_futures_of_a_file(start, tmp_path, suffix):
     path = start.with_suffix(suffix)
-    motion(
+    sample(
         "--action",
         "Walk",
         "--start",
@@ -70,7 +77,7 @@ def test_futures_of_a_frame_by_frame_model_go_on_without_a_jump(start, tmp_path,
 
 
 def test_rows_between_two_motions(tmp_path):
-    motion(
+    sample(
         "--action",
         "Jump",
         "--interpolate",
@@ -93,7 +100,7 @@ def test_rows_between_two_motions(tmp_path):
 
 
 def test_one_clip_of_every_action_that_matches(tmp_path):
-    motion(
+    sample(
         "--model", "humanact12", "--action", "w*,sit", "--frames", 8, "--out", tmp_path / "k.npz"
     )
     made = Motion.load(tmp_path / "k.npz")
@@ -135,11 +142,15 @@ def test_bodies(tmp_path, start):
         bone_lengths(tall.joints, model.skeleton)[0],
         atol=1e-4,
     )
-    assert bone_scale("1.25") == 1.25
-    assert bone_scale("legs=1.5, left_elbow=2") == {"legs": 1.5, "left_elbow": 2.0}
+    for text, factors in (
+        ("1.25", 1.25),
+        ("legs=1.5, left_elbow=2", {"legs": 1.5, "left_elbow": 2.0}),
+    ):
+        found = ClipOptions(bone_scale=text).lengths(model)
+        assert np.array_equal(found, model.scaled_bones(factors))
     for text in ("wide", "legs=", "legs", "legs=1,arms"):
         with pytest.raises(InputError, match="expected a number"):
-            bone_scale(text)
+            ClipOptions(bone_scale=text).lengths(model)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".gif", ".mp4"])
@@ -166,19 +177,24 @@ def test_pictures(tmp_path, suffix):
         (["--bone_scale", "legs=99"], "bone_scale is 99"),
         (["--action", "Swim*"], "matches 'Swim*'"),
         (["--action", "Walk,Jump", "--interpolate", 3], "one --action"),
+        (["--action", "sneak, then bow"], "sample needs a single model"),
+        (["--model", "runs/baseline.pt", "--native"], "native cannot be given with a baseline"),
     ],
 )
 def test_what_does_not_go_is_explained(tmp_path, capsys, start, options, words):
     given = [str(start.with_suffix(".npz")) if option == "START" else option for option in options]
-    motion("--action", "Walk", "--out", tmp_path / "x.npz", *given, code=2)
+    sample("--action", "Walk", "--out", tmp_path / "x.npz", *given, code=2)
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 def test_native_joints_go_into_npz_only(tmp_path, capsys):
-    motion("--action", "Walk", "--native", "--out", tmp_path / "x.bvh", code=2)
+    sample("--action", "Walk", "--native", "--out", tmp_path / "x.bvh", code=2)
     assert "--native" in capsys.readouterr().err
-    motion("--action", "Walk,Jump", "--native", "--frames", 30, "--out", tmp_path / "x.npz")
+    for other in (["--loop"], ["--speed", 2], ["--rig", "smpl"]):
+        sample("--action", "Walk", "--native", *other, "--out", tmp_path / "x.npz", code=2)
+        assert "native" in capsys.readouterr().err
+    sample("--action", "Walk,Jump", "--native", "--frames", 30, "--out", tmp_path / "x.npz")
     content = read_npz(tmp_path / "x.npz")
     assert content["joints"].shape == (30, 20, 3)
     walk, jump = (
@@ -207,7 +223,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
     evaluator = load_evaluator(data_dir / "evaluators" / file)
     right, wrong_frame, labels = [], [], []
     for label, action in enumerate(model.actions):
-        motion(
+        sample(
             "--model",
             name,
             "--action",
@@ -254,7 +270,7 @@ def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
         name = next(name for name in sorted(archive.namelist()) if name.endswith("02_01.bvh"))
         (tmp_path / "walk.bvh").write_bytes(archive.read(name))
     start = ["--start", tmp_path / "walk.bvh", "--start_frames", 100]
-    motion(
+    sample(
         "--model",
         "humanact12",
         "--action",
@@ -386,3 +402,43 @@ def test_actions_can_be_found_by_words(capsys: pytest.CaptureFixture[str]) -> No
     assert "Russian, read as 'sit'" in capsys.readouterr().out
     assert main(["actions", "--find", "istua kävellä"]) == 2
     assert "its language is unknown" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("--from-video 'my clip.mp4' --out o.bvh", "follow --video 'my clip.mp4' --out o.bvh"),
+        ("--from_video=a.mp4 --out=o.bvh --rig vrm", "follow --video=a.mp4 --out=o.bvh --rig vrm"),
+        ("--page p.html --character me.glb", "motion-page --out p.html --character me.glb"),
+        ("--action Walk --native --out x.npz", "sample --action Walk --native --out x.npz"),
+        (
+            "--action Walk --start a.bvh --start_frames 4 --out x.npz",
+            "sample --action Walk --start a.bvh --start-frames 4 --out x.npz",
+        ),
+        (
+            "--action Walk --interpolate 2 --to-seed 3 --out x.npz",
+            "sample --action Walk --interpolate 2 --to-seed 3 --out x.npz",
+        ),
+        ("--action 'W*' --out x.npz", "sample --action 'W*' --out x.npz"),
+        (
+            "--model runs/baseline.pt --action walk --out x.npz",
+            "sample --model runs/baseline.pt --action walk --out x.npz",
+        ),
+    ],
+)
+def test_old_spellings_are_answered_with_the_new_command(capsys, old, new):
+    motion(*shlex.split(old), code=2)
+    said = capsys.readouterr().err.strip()
+    assert said.endswith(f"the same is: a2v {new}")
+    name, *words = shlex.split(new)
+    command = load_command(name)
+    parse(command.Options, words, command=name, about="", examples="")
+
+
+def test_the_commands_share_what_a_motion_file_is(tmp_path):
+    """Plain clips of a single model are those of ``a2v motion``."""
+    given = ("--model", "humanact12", "--action", "throw", "--frames", 8, "--speed", 1.5)
+    motion(*given, "--out", tmp_path / "a.npz")
+    sample(*given, "--out", tmp_path / "b.npz")
+    first, second = (Motion.load(tmp_path / name) for name in ("a.npz", "b.npz"))
+    assert np.array_equal(first.joints, second.joints)

@@ -62,7 +62,7 @@ class MotionModel:
             )
         if path.suffix == ".pt":
             raise InputError(
-                f"{path} is a checkpoint of a training, not a motion model (.onnx); a2v motion, a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
+                f"{path} is a checkpoint of a training, not a motion model (.onnx); a2v sample, a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
             )
         return cls(path, read_card(path))
 

@@ -1,4 +1,4 @@
-"""Motions of a trained baseline for ``a2v motion``, which imports this module by name."""
+"""Motions of a trained baseline for ``a2v sample``, which imports this module by name."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from pipelines.nodes.values import MotionFile
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 from pipelines.requests.offer import offer_nearest
-from pipelines.requests.ways import MANY, WayOptions, read_clip_direction, read_direction
+from pipelines.requests.ways import MANY, WayOptions, direction_of
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
@@ -177,8 +177,17 @@ class ActionOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LengthOptions:
-    """Options for the model, the length and the seed."""
+class DurationOptions:
+    """Options for the length of a motion and its frame rate."""
+
+    seconds: float | None = option(SECONDS, default=None)
+    frames: int | None = option(FRAMES, default=None, rare=True)
+    fps: float = option(FPS, default=SHOWN_FPS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthOptions(DurationOptions):
+    """Options for the length, the model and the seed."""
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(
@@ -187,9 +196,6 @@ class LengthOptions:
         choices=LICENSES,
         rare=True,
     )
-    seconds: float | None = option(SECONDS, default=None)
-    frames: int | None = option(FRAMES, default=None, rare=True)
-    fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the motion; another seed gives another performance", default=0)
 
 
@@ -294,20 +300,13 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
             raise InputError("a table of bones is given, but no file of a motion; leave it out")
         plan = read_plan(self, directed=self.given)
         length = plan_length(plan, frames=self.frames, seconds=self.seconds, fps=self.fps)
-        direction = None
-        if self.given or self.pace is not None:
-            direction = (
-                read_clip_direction(self, [step.action for step in plan.steps])
-                if plan.model is None
-                else read_direction(plan.model, plan.steps, self, fps=self.fps)
-            )
         moving["edit"] = plan.merged(self.edit)
         asked = {
             "steps": plan.steps,
             "frames": length,
             "seed": self.seed,
             "fps": self.fps,
-            "direction": direction,
+            "direction": direction_of(plan, self, fps=self.fps),
         }
         return ResolvedMotion(
             parameters={

@@ -15,10 +15,28 @@ from pipelines.options import option
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
     from a2v.motion.direction import Direction
+    from a2v.motion.plan import MotionPlan
     from a2v.motion.prompts import Step
 
 MANY = "cmu-fine"
 """The model with the most actions, which can be directed."""
+
+
+def direction_of(
+    plan: MotionPlan, way: WayOptions, *, fps: float, count: int = 1
+) -> Direction | None:
+    """Read the requested direction of a plan's motion at `fps`; None without any.
+
+    Raises
+    ------
+    InputError
+        See `read_direction`, `read_clip_direction`.
+    """
+    if not way.given and way.pace is None:
+        return None
+    if plan.model is None:
+        return read_clip_direction(way, [step.action for step in plan.steps])
+    return read_direction(plan.model, plan.steps, way, fps=fps, count=count)
 
 
 def read_direction(

@@ -12,7 +12,7 @@ from a2v.formats import read_motion
 from a2v.lab.datasets.bvh_folder import BVHFolderSettings, load_bvh_folder
 from a2v.motion import MotionModel
 from pipelines.cli import main
-from pipelines.filmed_folder import videos_below
+from pipelines.commands.follow import videos_below
 from tests.support.flows import export_one_step
 
 QUICK = ("--follow.face", "false", "--follow.steps", "10", "--workers", "1", "--quiet")
@@ -40,7 +40,7 @@ def test_videos_of_an_action_become_an_action_beside_a_shipped_one(
         shutil.copy(clip, clips / name)
     (clips / "slide" / "broken.mp4").write_bytes(b"no video")
     rig = ("--rig", "vrm")
-    assert main(["motion", "--from-video", str(clips), "--out", str(actions), *rig, *QUICK]) == 0
+    assert main(["follow", "--video", str(clips), "--out", str(actions), *rig, *QUICK]) == 0
     assert "broken.mp4 is left out" in capsys.readouterr().err
     assert sorted(path.name for path in actions.glob("slide/*")) == ["one.bvh", "two.bvh"]
 
@@ -72,4 +72,4 @@ def test_what_is_no_folder_of_videos_is_said(clip: Path, tmp_path: Path) -> None
     shutil.copy(clip, tmp_path / "a.mp4")
     assert videos_below(tmp_path) == [(tmp_path / "a.mp4", tmp_path.name)]
     target = str(tmp_path / "out.bvh")
-    assert main(["motion", "--from-video", str(tmp_path), "--out", target]) == 2
+    assert main(["follow", "--video", str(tmp_path), "--out", target]) == 2

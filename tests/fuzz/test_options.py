@@ -133,17 +133,19 @@ def test_every_choice(name):
             )
 
 
-MOTION = [
-    name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")
-]
+def made_by(name: str) -> st.SearchStrategy[tuple[str, list[str]]]:
+    """Draw a command that makes motions from actions, and options of it."""
+    known = [one for one in names_of(command(name)) if one not in ("--out", "--model", "--config")]
+    return st.tuples(st.just(name), given_options(known))
 
 
 @settings(max_examples=FEW)
-@given(given_options(MOTION))
-def test_motions(words):
+@given(st.one_of(made_by("motion"), made_by("sample")))
+def test_motions(asked):
+    name, words = asked
     with tempfile.TemporaryDirectory() as folder:
         base = [
-            "motion",
+            name,
             "--action=Walk",
             "--frames=4",
             "--model=humanact12",

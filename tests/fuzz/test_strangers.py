@@ -295,7 +295,7 @@ def test_removals_at_drawn_moments(seed, tmp_path):
 
 
 TEXTS = st.lists(st.one_of(CONTROLS, st.sampled_from(["walk", "shuffle along", "then", " ", "qqq"]), st.text(max_size=3)), min_size=2, max_size=8).map("".join).filter(lambda text: "\0" not in text)  # fmt: skip
-PLACES = ("--action", "--style", "--path", "--model", "--keyframes", "--start", "--out", "--timeline", "--hold", "--heading")  # fmt: skip
+PLACES = ("--action", "--style", "--path", "--model", "--keyframes", "--out", "--timeline", "--hold", "--heading")  # fmt: skip
 
 
 @settings(max_examples=FEW)

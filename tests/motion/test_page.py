@@ -75,7 +75,19 @@ def visit(browser: Browser) -> Iterator[Callable[..., Page]]:
 def path(packages: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("page") / "motions.html"
     assert (
-        main(["motion", "--page", str(target), "--action", "run", "--seed", "4", "--seconds", "2"])
+        main(
+            [
+                "motion-page",
+                "--out",
+                str(target),
+                "--action",
+                "run",
+                "--seed",
+                "4",
+                "--seconds",
+                "2",
+            ]
+        )
         == 0
     )
     return target
@@ -346,13 +358,11 @@ def test_what_a_page_cannot_be_is_told(
     with pytest.raises(InputError, match="unknown action"):
         write_motion_page(tmp_path / "p.html", model, action="qwertz")
     for given, words in (
-        (["--count", "2"], "count cannot be given with page"),
-        (["--loop"], "edit cannot be given"),
-        (["--path", "0,0 0,3"], "path cannot"),
+        (["--count", "2"], "unknown option --count"),
         (["--action", "walk, then run"], "one action"),
     ):
-        assert main(["motion", "--page", os.fspath(tmp_path / "p.html"), *given]) == 2
+        assert main(["motion-page", "--out", os.fspath(tmp_path / "p.html"), *given]) == 2
         assert words in capsys.readouterr().err
-    assert main(["motion", "--page", os.fspath(tmp_path / "p.pdf")]) == 2
+    assert main(["motion-page", "--out", os.fspath(tmp_path / "p.pdf")]) == 2
     assert main(["motion", "--action", "Walk"]) == 2
     assert list(tmp_path.iterdir()) == []

@@ -40,6 +40,6 @@ def here(
     folder = store.folder.parent / "asked"
     if not (folder / "own.bvh").exists():
         folder.mkdir(exist_ok=True)
-        write_files(folder, store.folder)
+        write_files(folder)
     monkeypatch.chdir(folder)
     return folder

@@ -115,7 +115,7 @@ RUN = [line for line in examples() if not excuse(line)]
 def here(tmp_path_factory: pytest.TempPathFactory, store: Store) -> Path:
     """A user's folder with the files that examples name."""
     folder = tmp_path_factory.mktemp("user")
-    write_files(folder, store.folder)
+    write_files(folder)
     shutil.copy(PHOTO, folder / "me.jpg")
     for name in ("dance.bvh", "mine.bvh", "live-1.bvh", "clip.bvh"):
         shutil.copy(folder / "own.bvh", folder / name)

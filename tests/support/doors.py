@@ -108,7 +108,7 @@ def complete(asked: Asked) -> Asked:
     return {**asked, "seconds": LENGTH} | ({"fps": 5} if "path" in asked else {})
 
 
-def write_files(folder: Path, store: Path) -> None:
+def write_files(folder: Path) -> None:
     """Write the files that `PROMPTS` name."""
     from pipelines.cli import main
 
@@ -116,7 +116,7 @@ def write_files(folder: Path, store: Path) -> None:
         (folder / name).write_text(text)
     for name, how in FILES.items():
         words = [word for option, value in how.items() for word in (f"--{option}", str(value))]
-        assert main(["motion", *words, "--cache", str(store), "--out", str(folder / name)]) == 0
+        assert main(["motion", *words, "--out", str(folder / name)]) == 0
 
 
 def words_of(asked: Mapping[str, Any]) -> list[str]:

@@ -68,7 +68,7 @@ def test_futures_of_a_frame_by_frame_model_go_on_without_a_jump(start, tmp_path,
     """A VAE reproduces given poses with an error of centimeters, which must not show at once."""
     given = ["--start", start.with_suffix(".npz"), "--start_frames", 9, "--model", name]
     asked = ["--action", "Walk", "--frames", 60, "--count", 20, "--fps", MotionModel.load(name).fps]
-    motion(*given, *asked, "--out", tmp_path / "f.npz")
+    sample(*given, *asked, "--out", tmp_path / "f.npz")
     made = Motion.load(tmp_path / "f.npz")
     changes = np.linalg.norm(np.diff(made.joints, 2, axis=1), axis=-1).mean(-1)
     assert np.median(changes[:, made.given_frames - 2]) < 2 * np.median(

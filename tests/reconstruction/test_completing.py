@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.body.head_chart import HEIGHT, WIDTH, head_cells
 from a2v.reconstruction import ColorSettings
+from a2v.reconstruction.backs.seen import SKIN
 from a2v.reconstruction.canonical import Sight
 from a2v.reconstruction.canonical.coloring import canonical_painting
 from a2v.reconstruction.coloring import finished
@@ -19,6 +20,7 @@ from a2v.reconstruction.coloring.completing import (
     observed_chart,
     paint_head,
 )
+from a2v.reconstruction.coloring.continuing import label
 from a2v.reconstruction.coloring.painting import Painting
 from a2v.reconstruction.coloring.steps import STEPS
 from a2v.reconstruction.palettes import lab_of
@@ -83,6 +85,24 @@ def test_hair_goes_around_in_the_color_of_the_photo() -> None:
     nape = look.told & ~look.covered & ~plain().known & (plain().normals[:, 2] < -0.5)
     assert nape.sum() > 50
     assert abs(np.median((ginger - own)[nape, 2])) < 8
+
+
+def test_hair_in_the_color_of_the_skin_is_hair() -> None:
+    painting = plain()
+    for step in STEPS[: STEPS.index(label)]:
+        painting = step(painting)
+    cover, spots, evidence = painting.head_cover, painting.spots, painting.evidence
+    assert cover is not None
+    assert spots is not None
+    assert evidence is not None
+    grown = cover.told & cover.covered & spots.scalp
+    assert grown.sum() > 500
+    alike = dataclasses.replace(
+        evidence, colors=np.where(grown[:, None], evidence.skin, evidence.colors)
+    )
+    materials = label(dataclasses.replace(painting, evidence=alike)).materials
+    assert materials is not None
+    assert not (materials.labels[grown] == SKIN).any()
 
 
 def test_only_hidden_places_of_the_head_are_painted() -> None:

@@ -359,14 +359,14 @@ def test_each_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
     assert "give --dataset and --data" in capsys.readouterr().err
     for name in NAMES:  # without the data
         words = ["--model", str(tmp_path / name / "baseline.pt"), "--action", "slow"]
-        assert main(["motion", *words, "--count", "2", "--out", str(tmp_path / "a.npz")]) == 0, name
+        assert main(["sample", *words, "--count", "2", "--out", str(tmp_path / "a.npz")]) == 0, name
     made = read_motion(tmp_path / "a.npz")
     assert (made.joints.shape, made.fps) == ((2, 89, 20, 3), 30)  # 60 frames at 20 a second
-    assert main(["motion", *words, "--frames", "9", "--out", str(tmp_path / "b.bvh")]) == 0
+    assert main(["sample", *words, "--frames", "9", "--out", str(tmp_path / "b.bvh")]) == 0
     assert read_motion(tmp_path / "b.bvh").frames == 9
     for words, said in (
         (["--action", "fast", "--bones", "a.npz"], "bones cannot be given with a baseline"),
         (["--action", "sing"], "unknown action 'sing'"),
     ):
-        assert main(["motion", *given[:2], *words, "--out", str(tmp_path / "x.npz")]) == 2
+        assert main(["sample", *given[:2], *words, "--out", str(tmp_path / "x.npz")]) == 2
         assert said in capsys.readouterr().err

@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from a2v.body.face import face_landmarks, points_on_face
 from a2v.body.parts import PARTS, on_parts
+from a2v.body.spots import rest_vertices
 from a2v.reconstruction.backs.seen import HAIR, UPPER
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
+from a2v.reconstruction.canonical.mean_face import EXTENT, mean_face
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting
 from a2v.reconstruction.coloring.bake import _of_hair
 from a2v.reconstruction.coloring.elsewhere import shown_elsewhere
@@ -21,6 +23,8 @@ from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.face.colors import EYE, face_paint
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.face.facing import behind_limb, is_averted, turned_away
+from a2v.reconstruction.face.places import LIPS
+from a2v.reconstruction.palettes import lab_of
 from a2v.types import Body, Reconstruction, Surface
 from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
@@ -225,3 +229,21 @@ def test_hair_behind_is_fainter_than_in_the_photo_and_a_patterned_hat_is_not() -
     assert np.allclose(found, [[0.025] * 3, [0.0125] * 3, [0.3, 0.0, 0.0]])
     assert np.array_equal(_of_hair(detail.copy(), labels, 0.4), detail)
     assert np.allclose(_of_hair(detail.copy(), labels, 0.01)[:2], 0.05)  # even hair is as it was
+
+
+@pytest.mark.parametrize("skin", [(0.42, 0.28, 0.2), (0.9, 0.76, 0.68)])
+def test_the_mean_face_has_the_tone_of_the_skin_and_lips_where_they_belong(
+    body: Body, skin: tuple[float, float, float]
+) -> None:
+    size = 320
+    points = points_on_face(rest_vertices(body))[:, :2]
+    places = (points - points.mean(axis=0)) * [1, -1] * size / EXTENT + size / 2
+    for moved in (0.0, 25.0):
+        there = places + np.array([moved, 0.0])
+        lab = lab_of(mean_face(there, np.array(skin), size))
+        cheeks, lips = (
+            np.median([lab[int(y), int(x)] for x, y in there[list(chosen)]], axis=0)
+            for chosen in ((50, 280, 101, 330, 117, 346), LIPS)
+        )
+        assert np.linalg.norm(cheeks - lab_of(np.array(skin))) < 6
+        assert lips[1] - cheeks[1] > 1

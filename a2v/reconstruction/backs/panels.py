@@ -53,6 +53,14 @@ _SLEEVE = 30
 """Smallest number of visible vertices of a sleeve."""
 _JACKET = (0.2, 0.9)
 """Range of the share of an open jacket in the visible trunk."""
+_EVENING = 5
+"""Rounds of means of neighbors of which an open jacket is found."""
+_SAME = 8.0
+"""Largest distance of the colors of two sleeves of a jacket, without lightness, CIELAB units."""
+_DIFFERENT = 8.0
+"""Smallest distance of a jacket from the shirt below it, without lightness, CIELAB units."""
+_MOST_DIFFERENT = 0.8
+"""Quantile of this distance on the trunk above which a place shows the shirt."""
 _TELLING = 60
 """Number of visible vertices that tell the color of a hidden one."""
 
@@ -142,7 +150,7 @@ def _of_garment(garment: _Garment) -> tuple[IntArray, FloatArray] | None:
     known = garment.known
     if known.sum() < _LEAST or known.all():
         return None
-    found = _visible_panels(garment)
+    found = _visible_panels(garment) or _open_jacket(garment)
     if found is None:
         return None
     away, panel = found
@@ -190,6 +198,47 @@ def _of_sleeves(garment: _Garment, panel: IntArray) -> int | None:
     trunk = panel[garment.known & on_parts(garment.parts, "torso")]
     share = (trunk == first).mean() if len(trunk) else 0.0
     return first if first == second and _JACKET[0] < share < _JACKET[1] else None
+
+
+def _open_jacket(garment: _Garment) -> tuple[FloatArray, IntArray] | None:
+    """An open jacket of a color like that of the shirt below it: panel 0, the jacket, has the color
+    of both sleeves, panel 1, in one piece, what differs most from it on the trunk. None without
+    one; like `_visible_panels`.
+
+    Colors are means of neighbors, so that the texture of denim or a knit does not matter. The two
+    differ by more than lightness: the sleeves of a plain shirt may be in shade.
+    """
+    mixing, known = neighbor_mean(garment.near), garment.known
+    lab, weight = lab_of(garment.colors) * known[:, None], known.astype(float)
+    for _ in range(_EVENING):
+        lab, weight = mixing @ lab, mixing @ weight
+    lab = lab / np.maximum(weight, 1e-9)[:, None]
+    sleeves = [known & on_parts(garment.parts, f"{side}_upper_arm") for side in ("left", "right")]
+    trunk = known & on_parts(garment.parts, "torso")
+    if min(own.sum() for own in [*sleeves, trunk]) < _SLEEVE:
+        return None
+    outer, other = (np.median(lab[own], axis=0) for own in sleeves)
+    jacket = (outer + other) / 2
+    ways = _apart(lab, jacket)
+    inner = np.median(lab[trunk & (ways >= np.quantile(ways[trunk], _MOST_DIFFERENT))], axis=0)
+    if _apart(outer, other) > _SAME or _apart(jacket, inner) < _DIFFERENT:
+        return None
+    away = np.stack([palette_distance(lab, one[None], SHADE) for one in (jacket, inner)], axis=1)
+    panel = away.argmin(axis=1)
+    shirt = np.bincount(joined_pieces(trunk & (panel == 1), garment.near)[trunk & (panel == 1)])
+    if not shirt.any() or shirt.max() < _PURE * shirt.sum() or _of_sleeves(garment, panel) != 0:
+        return None
+    return away, panel
+
+
+def _apart(lab: FloatArray, other: FloatArray) -> FloatArray:
+    """Distance (...) of colors (..., 3) from another (3,), CIELAB, without that of lightness: the
+    chroma of a cloth in shade falls with its lightness."""
+    light = np.maximum(lab[..., :1], 1.0)
+    most = np.maximum(light, other[0])
+    return np.asarray(
+        np.linalg.norm(lab[..., 1:] * most / light - other[1:] * most / max(other[0], 1.0), axis=-1)
+    )
 
 
 def _continued(garment: _Garment, cost: FloatArray, panel: IntArray) -> IntArray:

@@ -47,6 +47,9 @@ _ROUNDED = 0.12
 """Height by which strands at the sides are shorter, meters at a right angle from the back."""
 _BEHIND = 105.0
 """Angle from straight ahead, degrees, from which on strands hang behind the shoulders."""
+_BEHIND_REACH = 25.0
+"""Standard deviation, strands, of the smoothing by which strands behind the head, of which the photo
+shows no outline, stand off as far as those at the sides."""
 _EVEN = 2.5
 """Standard deviation of the smoothing of the ends over neighboring strands, strands."""
 
@@ -83,6 +86,10 @@ def to_outline(posed: FloatArray, beside: FloatArray, seen: HairSeen, camera: Ca
         weight += share
     both = total + 0.5 * total[:, ::-1], weight + 0.5 * weight[:, ::-1]
     moved = both[0] / np.maximum(both[1], 0.3)
+    wide = [gaussian_filter1d(one, _BEHIND_REACH, axis=1, mode="nearest") for one in both]
+    guessed = wide[0] / np.maximum(wide[1], 1e-6)
+    unseen = smoothstep(around, 90.0, _BEHIND) * np.clip(1 - both[1] / 0.3, 0, 1)
+    moved = moved + unseen * (guessed - moved)
     moved = gaussian_filter1d(moved, 0.5 * _SMOOTH / STEP, axis=0, mode="nearest")
     moved = gaussian_filter1d(moved, _COHESION, axis=1, mode="nearest")
     return np.asarray(moved * smoothstep(steps * STEP, 0.0, TUCKED)[:, None])

@@ -33,6 +33,9 @@ _OPENED = 0.006
 """Bridges up to twice this, meters, do not connect two objects."""
 _CLOSED = 0.02
 """Gaps up to twice this, meters, do not split an object."""
+_CLOTHES = 0.7
+"""It covers less than this share of trunk and thighs at its height: a skirt between the hands covers
+all of them."""
 _BORDER = 0.03
 """A region that comes this near to the end of `_REACH` continues beyond it, so it is background,
 meters."""
@@ -67,6 +70,7 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
     )
     head = np.isin(shown, [PARTS.index("head"), PARTS.index("neck")])
     near = (away < _REACH) & ~head
+    trunk = np.isin(shown, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh")])
     own = lab[mask & (head | ((shown >= 0) & (away > _OWN)))]
     if not len(own) or (mask & near).sum() < _LEAST * scale**2:
         return result
@@ -87,9 +91,18 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
             and on_body + beside < _MOST
             and away[chosen].min() < _HAND
             and away[chosen].max() < _REACH - _BORDER
+            and _share_of_trunk(chosen, trunk) < _CLOTHES
         ):
             result |= chosen & mask
     return result
+
+
+def _share_of_trunk(chosen: BoolArray, trunk: BoolArray) -> float:
+    """Share of the `trunk` (h, w), at the heights of the inner half of the `chosen` (h, w) pixels,
+    that these cover."""
+    first, last = np.quantile(np.nonzero(chosen)[0], [0.25, 0.75]).astype(int)
+    rows = slice(first, last + 1)
+    return float((chosen & trunk)[rows].sum() / max(trunk[rows].sum(), 1))
 
 
 def _from_hands(subject: Subject, shown: IntArray) -> FloatArray:

@@ -472,3 +472,29 @@ def test_a_band_around_the_body_goes_on_behind() -> None:
 def test_narrow_stripes_and_plain_cloth_are_no_panels() -> None:
     assert not _panels_of(lambda way, y: (y / 0.01).astype(int) % 2 == 0)[1].any()
     assert not _panels_of(lambda way, y: way > 1)[1].any()
+
+
+def test_an_open_jacket_of_a_color_like_the_shirts_covers_the_back() -> None:
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    arms = [PARTS.index(f"{side}_upper_arm") for side in ("left", "right")]
+    parts = np.select([vertices[:, 0] > 0.1, vertices[:, 0] < -0.1], arms, PARTS.index("torso"))
+    shirt, denim = np.array([0.82, 0.81, 0.83]), np.array([0.6, 0.7, 0.82])
+    woven = np.random.default_rng(0).normal(1, 0.12, (*SIZE[:2], 1))
+
+    def panels(jacket: FloatArray) -> IntArray:
+        clean = _photo(
+            lambda way, y: np.where(((way > -0.08) & (way < 0.02))[..., None], shirt, jacket)
+        )
+        clean = np.clip(clean * woven, 0, 1).astype(np.float32)
+        seen = _seen(vertices, normals, clean, expected=(shirt + jacket) / 2, parts=parts)
+        return find_panels(seen, np.full(len(vertices), UPPER))[0]
+
+    found, torso = panels(denim), parts == PARTS.index("torso")
+    behind = torso & (vertices[:, 2] < 0)
+    sleeve = np.unique(found[~torso])
+    assert len(sleeve) == 1
+    assert (found[behind & _body(vertices)] == sleeve).all()
+    middle = torso & ~behind & (np.abs(vertices[:, 0] + 0.03) < 0.03)
+    assert not (found[middle] == sleeve).any()
+    assert not panels(0.8 * shirt).any()  # a shirt with its sleeves in shade

@@ -50,6 +50,7 @@ def test_a_bag_before_a_leg_is_held() -> None:
         (GREEN, (slice(345, 415), slice(195, 225))),  # a patch on the leg, beside it nothing
         (GREEN, (slice(550, 620), slice(140, 230))),  # far from the hand
         (GREEN, (slice(345, 700), slice(0, 500))),  # a lawn
+        (GREEN, (slice(325, 440), slice(165, 340))),  # a skirt
     ],
 )
 def test_what_is_no_thing_stays_the_persons(

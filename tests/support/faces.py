@@ -33,9 +33,11 @@ def photographed(body: Body, *, turned: float = 0.0) -> Subject:
     return blank_subject(2048, face=face.astype(np.float32))
 
 
-def with_hair(body: Body, down: float, *, cloth: tuple[int, int, int] = GREEN) -> Subject:
+def with_hair(
+    body: Body, down: float, *, cloth: tuple[int, int, int] = GREEN, width: float = 0.11
+) -> Subject:
     """A person whose black hair hangs beside the neck to the height `down`, meters from the chin
-    (negative: below it)."""
+    (negative: below it), and reaches `width` meters to both sides."""
     subject = photographed(body)
     assert subject.face is not None
     image = np.full_like(subject.image, 230)
@@ -57,8 +59,8 @@ def with_hair(body: Body, down: float, *, cloth: tuple[int, int, int] = GREEN) -
     chin = int(face[152, 1] - down * CAMERA.scale)
     crown, middle = np.nonzero(bare)[0].min(), int(face[:, 0].mean())
     hair = np.zeros(mask.shape, bool)
-    width = int(0.11 * CAMERA.scale)
-    hair[crown - 10 : chin, middle - width : middle + width] = True
+    aside = int(width * CAMERA.scale)
+    hair[crown - 10 : chin, middle - aside : middle + aside] = True
     hull = np.zeros(mask.shape, np.uint8)
     cv2.fillConvexPoly(hull, cv2.convexHull(face), 1)
     hair &= (hull == 0) & ~(silhouette("neck"))

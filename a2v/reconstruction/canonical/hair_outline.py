@@ -48,8 +48,8 @@ _ROUNDED = 0.12
 _BEHIND = 105.0
 """Angle from straight ahead, degrees, from which on strands hang behind the shoulders."""
 _BEHIND_REACH = 25.0
-"""Standard deviation, strands, of the smoothing by which strands behind the head, of which the photo
-shows no outline, stand off as far as those at the sides."""
+"""Standard deviation, strands, of the smoothing by which strands behind the head, whose outline the
+photo does not show, stand off as far as those at the sides."""
 _EVEN = 2.5
 """Standard deviation of the smoothing of the ends over neighboring strands, strands."""
 

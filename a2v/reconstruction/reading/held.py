@@ -34,8 +34,8 @@ _OPENED = 0.006
 _CLOSED = 0.02
 """Gaps up to twice this, meters, do not split an object."""
 _CLOTHES = 0.7
-"""It covers less than this share of trunk and thighs at its height: a skirt between the hands covers
-all of them."""
+"""It covers less than this share of trunk and thighs at its height: a skirt between the hands
+covers all of them."""
 _BORDER = 0.03
 """A region that comes this near to the end of `_REACH` continues beyond it, so it is background,
 meters."""

@@ -34,6 +34,8 @@ from tests.support.sights import with_skirt
 from tests.support.surfaces import coated
 
 COUNT = 2 * ROWS * COLUMNS
+NAVY = (24, 30, 52)
+"""Of a coat, sRGB."""
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +76,20 @@ def test_short_hair_dark_clothes_and_an_unseen_face_give_no_long_hair(
     assert long_hair(dataclasses.replace(photo, face=None), body, CAMERA) is None
 
 
+def test_a_dark_collar_beside_the_cheeks_is_no_hair(body: Body) -> None:
+    photo, navy = with_hair(body, 0.03, cloth=NAVY), np.array(NAVY)
+    assert photo.face is not None
+    face = photo.face[:, :2]
+    chin, middle = float(face[:, 1].max()), float(face[:, 0].mean())
+    rows, columns = np.ogrid[: len(photo.image), : photo.image.shape[1]]
+    beside = np.abs(columns - middle) / CAMERA.scale
+    collar = (rows > chin - 0.05 * CAMERA.scale) & (rows < chin + 0.1 * CAMERA.scale)
+    collar = collar & (beside > 0.07) & (beside < 0.12)
+    image, mask = photo.image.copy(), photo.mask.copy()
+    image[collar], mask[collar] = 0.7 * navy, 1  # in shade
+    assert long_hair(dataclasses.replace(photo, image=image, mask=mask), body, CAMERA) is None
+
+
 def test_on_clothes_of_its_color_hair_is_seen_down_to_the_shoulders_alone(body: Body) -> None:
     seen = long_hair(with_hair(body, -0.07, cloth=BLACK), body, CAMERA)
     assert seen is not None
@@ -112,6 +128,23 @@ def test_long_hair_is_a_closed_layer_outside_the_body(standing: Standing) -> Non
     outside = hair[: ROWS * COLUMNS].reshape(ROWS, COLUMNS, 3)
     assert np.ptp(outside[..., 1]) > 0.25  # from the crown over the nape to the back
     assert (outside[-1, COLUMNS // 2 - 5 : COLUMNS // 2 + 5, 2] < 0).all()
+
+
+def test_hair_behind_the_head_stands_off_like_that_at_its_sides(
+    standing: Standing, body: Body
+) -> None:
+    wide = with_hair(body, -0.07, width=0.17)
+    afro = canonical_person(
+        with_skirt(Sight(wide, body, CAMERA, coated(body, cell=0.02, coat=0.01)), False)
+    ).surface.standing
+    assert afro is not None
+    first, count = len(topology().twin), ROWS * COLUMNS
+
+    def depth(person: Standing) -> float:
+        rows = person.vertices[first : first + count].reshape(ROWS, COLUMNS, 3)
+        return float(-rows[ROWS // 2, COLUMNS // 2, 2])
+
+    assert depth(afro) > depth(standing) + 0.02
 
 
 def test_hair_follows_the_head_and_no_arm(standing: Standing, body: Body) -> None:

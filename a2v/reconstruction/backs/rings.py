@@ -29,6 +29,9 @@ _BAND = 0.12
 """Largest distance from the middle of the border of visible vertices that are used, meters."""
 _OTHER = 0.3
 """Weight of the mirrored limb."""
+_OUTERMOST = 0.02
+"""Share of the visible vertices of a side that may lie beyond its outermost ones: patches of
+another color."""
 _WIDTH = 0.008
 """Uncertainty of the place of a border, meters."""
 _TILT = 0.03
@@ -78,7 +81,8 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
 
     The border on each limb is a plane curve, ``height = a + b cos + c sin`` of the angle around the
     limb, that separates the visible vertices of both sides best (logistic regression; the mirrored
-    limb counts, too). Only vertices that are not `known` change, and only between these two labels.
+    limb counts, too). Where no such curve separates them, as below an open jacket, the unseen border
+    stays within the range of the visible one. Only vertices that are not `known` change, and only between these two labels.
 
     Parameters
     ----------
@@ -97,12 +101,34 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
         for number, tube in enumerate(tubes):
             others = [other for index, other in enumerate(tubes) if index != number]
             curve = _curve(tube, others, result, known, near, far)
-            if curve is None:
-                continue
             hidden = ~known[tube.own] & np.isin(result[tube.own], (*near, *far))
-            within = tube.along > curve[0] + tube.turn @ curve[1:]
+            if curve is None:
+                lowest, highest = _bounds(tube, result, known, near, far)
+                within = np.isin(result[tube.own], near) & (tube.along > lowest)
+                within |= tube.along > highest
+            else:
+                within = tube.along > curve[0] + tube.turn @ curve[1:]
             _relabel(result, tube, hidden, within, near, far)
     return result
+
+
+def _bounds(
+    tube: _Tube,
+    labels: IntArray,
+    known: BoolArray,
+    near: tuple[int, ...],
+    far: tuple[int, ...],
+) -> tuple[float, float]:
+    """Range, meters along a tube, in which an unseen border that is no plane may lie: from the
+    lowest visible place on its near side to the highest one on its far side. Infinite if a side is
+    not visible."""
+    lowest, highest = -np.inf, np.inf
+    shown = known[tube.own]
+    inner, outer = (tube.along[shown & np.isin(labels[tube.own], kinds)] for kinds in (near, far))
+    if min(len(inner), len(outer)) >= _LEAST:
+        lowest = float(np.quantile(inner, _OUTERMOST))
+        highest = float(np.quantile(outer, 1 - _OUTERMOST))
+    return lowest, max(lowest, highest)
 
 
 def _relabel(

@@ -79,3 +79,16 @@ def test_a_fly_in_the_front_does_not_lift_the_seat() -> None:
     assert not (found != true)[
         ~known & (np.abs(points[:, 1] - 1.0) > 0.035)
     ].any()  # .05 and more with a free tilt
+
+
+def test_a_hidden_border_stays_within_the_range_of_a_visible_one_without_a_plane() -> None:
+    points, parts = _cylinder("torso", 0.0, 0.7, 1.4)
+    known, flap = points[:, 2] > 0.01, np.abs(points[:, 0] - 0.02) > 0.03
+    hem = np.where(flap, 0.88, 1.12)  # of an open jacket, and the waist of the trousers in it
+    true = np.where(points[:, 1] > hem, UPPER, LOWER)
+    hidden = np.where(points[:, 0] > 0, 1.35, 0.75)  # trousers up to a shoulder blade
+    given = np.where(known, true, np.where(points[:, 1] > hidden, UPPER, LOWER))
+    found = around(given, points, parts, known)
+    assert np.array_equal(found[known], given[known])
+    assert (found[~known & (points[:, 1] > 1.13)] == UPPER).all()
+    assert (found[~known & (points[:, 1] < 0.87)] == LOWER).all()

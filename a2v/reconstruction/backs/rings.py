@@ -32,6 +32,9 @@ _OTHER = 0.3
 _OUTERMOST = 0.02
 """Share of the visible vertices of a side that may lie beyond its outermost ones: patches of
 another color."""
+_UPRIGHT = 0.5
+"""Share of the visible length of a tube beyond which a border runs along it, as that of an open
+coat does, and tells no height."""
 _WIDTH = 0.008
 """Uncertainty of the place of a border, meters."""
 _TILT = 0.03
@@ -81,8 +84,9 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
 
     The border on each limb is a plane curve, ``height = a + b cos + c sin`` of the angle around the
     limb, that separates the visible vertices of both sides best (logistic regression; the mirrored
-    limb counts, too). Where no such curve separates them, as below an open jacket, the unseen border
-    stays within the range of the visible one. Only vertices that are not `known` change, and only between these two labels.
+    limb counts, too). Where no such curve separates them, as below an open jacket, the unseen
+    border stays within the range of the visible one. Only vertices that are not `known` change, and
+    only between these two labels.
 
     Parameters
     ----------
@@ -121,14 +125,15 @@ def _bounds(
 ) -> tuple[float, float]:
     """Range, meters along a tube, in which an unseen border that is no plane may lie: from the
     lowest visible place on its near side to the highest one on its far side. Infinite if a side is
-    not visible."""
-    lowest, highest = -np.inf, np.inf
+    not visible or the border tells no height."""
     shown = known[tube.own]
     inner, outer = (tube.along[shown & np.isin(labels[tube.own], kinds)] for kinds in (near, far))
-    if min(len(inner), len(outer)) >= _LEAST:
-        lowest = float(np.quantile(inner, _OUTERMOST))
-        highest = float(np.quantile(outer, 1 - _OUTERMOST))
-    return lowest, max(lowest, highest)
+    if min(len(inner), len(outer)) < _LEAST:
+        return -np.inf, np.inf
+    lowest, highest = np.quantile(inner, _OUTERMOST), np.quantile(outer, 1 - _OUTERMOST)
+    if highest - lowest > _UPRIGHT * np.ptp(tube.along[shown]):
+        return -np.inf, np.inf
+    return float(lowest), float(max(lowest, highest))
 
 
 def _relabel(

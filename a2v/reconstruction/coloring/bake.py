@@ -23,6 +23,8 @@ BAND = 256
 """Number of rows of the texture that are colored at a time; bounds memory."""
 STRAND = 0.05
 """Largest detail of hair that is continued over unseen hair, sRGB."""
+CROWN = 0.015
+"""The same above long hair, which is combed."""
 
 
 def bake(painting: Painting, padded: PaddedAtlas) -> tuple[FloatArray, np.ndarray]:
@@ -80,7 +82,12 @@ def bake(painting: Painting, padded: PaddedAtlas) -> tuple[FloatArray, np.ndarra
             smooth[asked] += (
                 detail
                 if photo.canvas is None
-                else _of_hair(detail, continued.labels[strongest[asked]], continued.contrast)
+                else _of_hair(
+                    detail,
+                    continued.labels[strongest[asked]],
+                    continued.contrast,
+                    STRAND if photo.canvas.strands is None else CROWN,
+                )
             )
         if others:
             found = [other.at(corner, weight) for other in others]
@@ -121,16 +128,16 @@ def _borders(painting: Painting, colors: FloatArray) -> Borders | None:
     return Borders.between(materials, painting.faces, colors, painting.known)
 
 
-def _of_hair(detail: FloatArray, labels: IntArray, contrast: float) -> FloatArray:
+def _of_hair(detail: FloatArray, labels: IntArray, contrast: float, most: float) -> FloatArray:
     """Return the detail (n, 3), on hair without its hue, and weaker.
 
     Strands of hair differ only in brightness; the color of what is visible between them is not
-    continued. The `contrast` of the visible hair comes down to `STRAND`. A hat with a pattern stays
+    continued. The `contrast` of the visible hair comes down to `most`. A hat with a pattern stays
     as it is.
     """
     if contrast > PATTERNED:
         return detail
     hair = labels == HAIR
-    gain = min(1.0, STRAND / max(2.0 * contrast, 1e-6))
-    detail[hair] = np.clip(gain * detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
+    gain = min(1.0, most / max(2.0 * contrast, 1e-6))
+    detail[hair] = np.clip(gain * detail[hair].mean(axis=1, keepdims=True), -most, most)
     return detail

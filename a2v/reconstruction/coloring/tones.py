@@ -17,7 +17,12 @@ _TONED = 15
 _AROUND = 150
 """Number of visible vertices that give the color of an occluded one."""
 _AROUND_STRAND = 60
-"""Number of visible vertices of long hair that give the color of an unseen one."""
+"""Number of visible vertices of long hair from whose tone that of a vertex differs by a streak."""
+_FEW = 500
+"""Number of visible vertices of long hair that give the color of unseen ones, about."""
+_BLEND, _NEARBY = 0.25, 0.01
+"""Share of the distance of an unseen vertex from visible hair, and a length, meters, by which
+places that count may be farther than the nearest one."""
 _FAR_STRAND = 0.15
 """Distance from visible hair from which on unseen hair has the median color of all, meters."""
 _STREAK = 3.0
@@ -110,15 +115,26 @@ def combed(
     nearest = tree.query(rest[shown], k=_AROUND_STRAND, workers=1)[1]
     unlike = float((lab[:, 0] - np.median(lab[nearest, 0], axis=1)).std())
     streak = np.append(np.random.default_rng(0).normal(size=strands.max() + 1), 0.0)
-    nearest = tree.query(rest[hidden], k=_AROUND_STRAND, workers=1)[1]
-    found = np.median(lab[nearest], axis=1)
-    away = tree.query(rest[hidden], workers=1)[0]
+    away, found = _around(rest[shown], lab, rest[hidden])
     share = np.clip(away / _FAR_STRAND, 0, 1)[:, None]
     found += share * (np.median(lab, axis=0) - found)
     found[:, 0] += min(unlike, _STREAK) * streak[strands[hidden]]
     result = base.copy()
     result[hidden] = np.clip(lab2rgb(found), 0, 1)
     return result
+
+
+def _around(
+    places: FloatArray, lab: FloatArray, others: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distance (n,) of the `others` (n, 3) from the nearest of the `places` (m, 3), and the mean
+    (n, 3) of the colors `lab` (m, 3) there, in which a place counts that is hardly farther: halfway
+    between two sides both count."""
+    few = slice(None, None, max(1, len(places) // _FEW))
+    each = np.linalg.norm(others[:, None] - places[few], axis=2)
+    away = each.min(axis=1)
+    weight = np.exp(-0.5 * ((each - away[:, None]) / (_BLEND * away + _NEARBY)[:, None]) ** 2)
+    return away, (weight @ lab[few]) / weight.sum(axis=1, keepdims=True)
 
 
 def without_strangers(

@@ -16,7 +16,7 @@ from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
 from a2v.reconstruction.canonical.mean_face import EXTENT, mean_face
 from a2v.reconstruction.coloring import ColorEvidence, ColorSettings, Painting
-from a2v.reconstruction.coloring.bake import _of_hair
+from a2v.reconstruction.coloring.bake import CROWN, STRAND, _of_hair
 from a2v.reconstruction.coloring.elsewhere import shown_elsewhere
 from a2v.reconstruction.coloring.tones import even_tones
 from a2v.reconstruction.colorings import color_by_photo
@@ -225,10 +225,13 @@ def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
 def test_hair_behind_is_fainter_than_in_the_photo_and_a_patterned_hat_is_not() -> None:
     detail = np.array([[0.2, 0.1, 0.0], [0.05, 0.05, 0.05], [0.3, 0.0, 0.0]])
     labels = np.array([HAIR, HAIR, UPPER])
-    found = _of_hair(detail.copy(), labels, 0.1)
+    found = _of_hair(detail.copy(), labels, 0.1, STRAND)
     assert np.allclose(found, [[0.025] * 3, [0.0125] * 3, [0.3, 0.0, 0.0]])
-    assert np.array_equal(_of_hair(detail.copy(), labels, 0.4), detail)
-    assert np.allclose(_of_hair(detail.copy(), labels, 0.01)[:2], 0.05)  # even hair is as it was
+    assert np.array_equal(_of_hair(detail.copy(), labels, 0.4, STRAND), detail)
+    assert np.allclose(
+        _of_hair(detail.copy(), labels, 0.01, STRAND)[:2], 0.05
+    )  # even hair is as it was
+    assert np.abs(_of_hair(detail.copy(), labels, 0.1, CROWN)[:2]).max() <= CROWN
 
 
 @pytest.mark.parametrize("skin", [(0.42, 0.28, 0.2), (0.9, 0.76, 0.68)])

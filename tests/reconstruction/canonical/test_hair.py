@@ -227,6 +227,29 @@ def test_unseen_strands_have_the_tone_of_the_visible_ones_and_streaks() -> None:
     assert (short.owners == PARTS.index("head")).all()
 
 
+def test_hair_halfway_between_a_light_and_a_dark_side_is_between_them() -> None:
+    rows, columns = np.mgrid[:20, :61]
+    angle = np.radians(columns.ravel() * 6.0)
+    rest = np.stack([0.1 * np.sin(angle), -0.01 * rows.ravel(), -0.1 * np.cos(angle)], axis=1)
+    canvas = Canvas(
+        rest=rest,
+        parts=np.full(len(rest), PARTS.index("head")),
+        twin=np.arange(len(rest)),
+        atlas=layout(256),
+        agreement=np.zeros((len(PARTS) + 1, 1, 1), np.uint8),
+        strands=columns.ravel(),
+    )
+    side, ahead = rest[:, 0] > 0, rest[:, 2] > 0
+    base = np.where(side[:, None], [0.5, 0.35, 0.25], [0.15, 0.1, 0.08])
+    colors = combed(base, ahead, canvas, np.full(len(rest), HAIR), np.zeros(len(rest), bool))
+    turn = np.degrees(np.arctan2(rest[:, 0], -rest[:, 2]))  # from straight behind
+    dark, light = (colors[np.abs(turn - at) < 5, 0].mean() for at in (-80, 80))
+    middle = colors[np.abs(turn) < 5, 0].mean()
+    assert dark + 0.1 < middle < light - 0.1
+    steps = [colors[np.abs(turn - at) < 5, 0].mean() for at in range(-80, 81, 20)]
+    assert np.diff(steps).max() < 0.6 * (light - dark)  # no edge down the back
+
+
 def test_colors_of_the_upper_rows_are_those_of_the_whole_photo(photo: Subject) -> None:
     noise = np.random.default_rng(0).integers(0, 256, photo.image.shape)
     photo = dataclasses.replace(photo, image=(photo.image // 2 + noise // 2).astype(np.uint8))

@@ -67,6 +67,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: -slow.get(_name(item.path), 0.0))
 
 
+@functools.cache
 def _name(path: Path) -> str:
     root = SLOW.parents[1]
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -299,18 +300,22 @@ def _mottle(look: LookSettings, pixels: int) -> FloatArray:
     return np.asarray(np.clip((noise - noise.mean()) / noise.std(), -2.5, 2.5))
 
 
+@functools.lru_cache(maxsize=4)
 def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
-    """Return the ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as
-    Mitsuba maps it."""
-    at = _texels(look, pixels).astype(np.float32)
-    place = (
-        np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1)
-        if look.ground is not None
-        else np.zeros((1, 1, 2))
-    )
-    return to_bytes(
-        linear_to_srgb(look.ground_at(place) * ground_pattern(look, pixels)[..., None])
-    )[::-1]
+    """Return the ground's sRGB texture (pixels, pixels, 3), which cannot be written to: columns
+    along x, rows along -z, as Mitsuba maps it."""
+    pattern = ground_pattern(look, pixels)
+    if look.ground is None:  # most of it has one color
+        albedo, changed = np.asarray(look.ground_albedo, float), pattern != 1
+        texture = np.empty((pixels, pixels, 3), np.uint8)
+        texture[:] = to_bytes(linear_to_srgb(albedo))
+        texture[changed] = to_bytes(linear_to_srgb(albedo * pattern[changed][:, None]))
+    else:
+        at = _texels(look, pixels).astype(np.float32)
+        place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1)
+        texture = to_bytes(linear_to_srgb(look.ground_at(place) * pattern[..., None]))
+    texture.flags.writeable = False
+    return texture[::-1]
 
 
 def _texels(look: LookSettings, pixels: int) -> FloatArray:

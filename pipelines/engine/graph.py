@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import graphlib
-import inspect
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -117,7 +116,7 @@ def inputs_of(graph: Graph) -> tuple[str, ...]:
 
 def arguments_of(step: Step) -> tuple[str, ...]:
     """Return the names of a step's arguments."""
-    return tuple(inspect.signature(step.node.function).parameters)
+    return tuple(step.node.signature.parameters)
 
 
 def needed_for(

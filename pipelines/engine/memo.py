@@ -55,6 +55,11 @@ class Node(Generic[P, R]):
     def __reduce__(self) -> tuple[Any, ...]:
         return _find, (self.function.__module__, self.function.__qualname__)
 
+    @functools.cached_property
+    def signature(self) -> inspect.Signature:
+        """The signature of the function; a run asks for it hundreds of times."""
+        return inspect.signature(self.function)
+
     def code(self) -> str:
         """Return the digest of the code and data files that the result depends on."""
         module = self.function.__module__
@@ -65,7 +70,7 @@ class Node(Generic[P, R]):
 
     def key(self, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
         """Return the key of a call: node, code and arguments."""
-        bound = inspect.signature(self.function).bind(*args, **kwargs)
+        bound = self.signature.bind(*args, **kwargs)
         bound.apply_defaults()
         return str(joblib.hash([self.name, code, plain(bound.arguments)]))
 

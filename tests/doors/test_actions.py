@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-import a2v
 from a2v.samples.ready import PHOTO
 from pipelines.cli import main
-from tests.support.doors import ACTIONS, LENGTH, check_glb, go_through
+from tests.support.doors import ACTIONS, LENGTH, by_python, check_glb, go_through
 
 CHUNK = 16
 TOGETHER = ACTIONS[::12]
@@ -22,12 +21,11 @@ def test_there_are_379_actions(capsys):
 
 
 @pytest.mark.parametrize("start", range(0, len(ACTIONS), CHUNK))
-def test_python_takes_every_action_through_the_graph(start, small, few, store):
-    """`make_motion`, then the graph up to the vertices of each frame and the GLB."""
+def test_every_action_goes_through_the_graph(start, few, store):
+    """The request that `make_motion` makes, up to the vertices of each frame and the GLB."""
     for name in ACTIONS[start : start + CHUNK]:
-        clip = a2v.make_motion(name, seconds=LENGTH, cache=store.folder)
-        assert clip.motion.action == name
-        go_through(clip, small, few, store)
+        request = by_python({"action": name, "seconds": LENGTH})
+        assert go_through(request, few, store).action == name
 
 
 def test_one_character_file_holds_many_actions(store, tmp_path):

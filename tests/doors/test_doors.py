@@ -14,6 +14,9 @@ from a2v.processes import python_command
 from a2v.samples.ready import PHOTO
 from pipelines.cli import main
 from pipelines.commands.serve import COMPUTE
+from pipelines.engine.store import Store
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.video import VideoRequest
 from tests.support.doors import (
     ACTIONS,
     LENGTH,
@@ -46,7 +49,7 @@ CHILDREN: tuple[Asked, ...] = (
     {"action": "throw", "license": "free"},
     {"action": "", "motion": "theirs.bvh"},
 )
-"""Prompts that child processes of ``a2v video`` make whole, with two small frames."""
+"""Prompts that ``a2v video`` makes whole in child processes, with two small frames."""
 TINY = ["--frames", 2, "--views", "front", "--size", 64, "--spp", 1, "--denoise", "false"]
 TINY += ["--triangles", 2000, "--texture", 512, "--normal-map", 0]  # as `small`
 
@@ -62,7 +65,8 @@ def test_there_are_40_prompts():
 @pytest.mark.parametrize("asked", PROMPTS, ids=name_of)
 def test_python_takes_every_prompt_through_the_graph(asked, small, few, store, here):
     clip = a2v.make_motion(**complete(asked), cache=store.folder)
-    go_through(clip, small, few, store)
+    request = VideoRequest(person=small.request, motion=clip.request, film=FilmRequest())
+    go_through(request, few, store, len(clip.motion.joints))
 
 
 def test_every_door_means_the_same(store, here):
@@ -83,23 +87,41 @@ def test_every_door_means_the_same(store, here):
     assert taken == {"command": 419, "table": 419, "page": 379 + 18, "character": 379 + 32}
 
 
-@pytest.mark.parametrize("asked", CHILDREN, ids=name_of)
-def test_the_command_line_makes_it(asked, store, here, tmp_path):
+def words_for(asked: Asked, store: Store, out: Path, *more: object) -> list[str]:
+    """The words after ``a2v`` that make a tiny video."""
     words = ["video", "--photo", PHOTO, *words_of(asked), *TINY, "--cache", store.folder]
-    # a worker imports everything once more, so two of them are enough
-    words += ["--workers", 1] if asked in CHILDREN[:2] else ["--executor", "serial"]
-    words += ["--quiet", "--out", tmp_path]
-    done = subprocess.run(
-        python_command(
-            "from pipelines.cli import main; raise SystemExit(main())", *map(str, words)
-        ),
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    return [str(word) for word in [*words, *more, "--quiet", "--out", out]]
+
+
+def check_files(out: Path) -> None:
+    assert (out / "video.mp4").stat().st_size > 500
+    assert check_glb((out / "character.glb").read_bytes()) == 1
+
+
+@pytest.mark.parametrize("asked", CHILDREN[:2], ids=name_of)
+def test_the_command_line_makes_it(asked, store, here, tmp_path):
+    """Each in a process of its own, with a worker."""
+    code = "from pipelines.cli import main; raise SystemExit(main())"
+    words = words_for(asked, store, tmp_path, "--workers", 1)
+    done = subprocess.run(python_command(code, *words), capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "video.mp4").stat().st_size > 500
-    assert check_glb((tmp_path / "character.glb").read_bytes()) == 1
+    check_files(tmp_path)
+
+
+def test_the_command_line_makes_them(store, here, tmp_path):
+    """The others one after the other, in a process that imports everything once."""
+    code = "import json, sys\nfrom pipelines.cli import main\n"
+    code += "print([main(words) for words in json.loads(sys.argv[1])])"
+    lines = [
+        words_for(asked, store, tmp_path / str(number), "--executor", "serial")
+        for number, asked in enumerate(CHILDREN[2:])
+    ]
+    done = subprocess.run(
+        python_command(code, json.dumps(lines)), capture_output=True, text=True, timeout=900
+    )
+    assert done.stdout.splitlines()[-1] == str([0] * len(lines)), done.stderr
+    for number, _ in enumerate(lines):
+        check_files(tmp_path / str(number))
 
 
 def test_a_table_makes_them(store, here, tmp_path):

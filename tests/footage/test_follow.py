@@ -61,9 +61,9 @@ def test_a_second_shot_and_a_person_who_leaves_are_said(tmp_path):
 
 def test_a_person_who_leaves_for_good_ends_the_motion(tmp_path):
     seen = [picture(150 + 4 * index) for index in range(15)]
-    path = write_clip(tmp_path / "gone.mp4", seen + [picture(None)] * 45)
+    path = write_clip(tmp_path / "gone.mp4", seen + [picture(None)] * 24)
     found = follow_person(path, QUICK)
-    assert found.facts["frames"] == 60
+    assert found.facts["frames"] == 39
     assert 13 <= found.facts["seen"] <= 15
     assert found.motion.frames in (2 * found.facts["seen"] - 2, 2 * found.facts["seen"] - 1)
     (remark,) = found.remarks

@@ -14,6 +14,7 @@ from a2v.motion import MotionModel
 from pipelines.cli import main
 from pipelines.commands.follow import videos_below
 from tests.support.flows import export_one_step
+from tests.support.footage import picture, write_clip
 
 QUICK = ("--follow.face", "false", "--follow.steps", "10", "--workers", "1", "--quiet")
 
@@ -28,16 +29,16 @@ def tiny_flow(data: Path, out: Path) -> Path:
 
 
 def test_videos_of_an_action_become_an_action_beside_a_shipped_one(
-    clip: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     export_one_step(monkeypatch)
     clips, actions = tmp_path / "clips", tmp_path / "actions"
-    for name in ("slide/one.mp4", "slide/two.mp4"):
-        (clips / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(clip, clips / name)
+    (clips / "slide").mkdir(parents=True)
+    images = [picture(110 + 6 * index) for index in range(9)]  # 17 frames of the motion
+    for name in ("one.mp4", "two.mp4"):
+        write_clip(clips / "slide" / name, images)
     (clips / "slide" / "broken.mp4").write_bytes(b"no video")
     rig = ("--rig", "vrm")
     assert main(["follow", "--video", str(clips), "--out", str(actions), *rig, *QUICK]) == 0

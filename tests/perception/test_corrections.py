@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,7 +15,7 @@ from a2v.perception import Corrections, corrected, decode_photo, find_person, re
 from a2v.perception.apply_corrections import correct_landmarks, draw_strokes
 from a2v.types import FloatArray, Subject
 
-QUICK = FitSettings(rounds=3)
+QUICK = FitSettings(rounds=2)
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 WRIST, ELBOW = LANDMARK_INDEX["left_wrist"], LANDMARK_INDEX["left_elbow"]
 FULL = """
@@ -30,7 +31,9 @@ mask:
 
 @pytest.fixture(scope="module")
 def photo() -> np.ndarray:
-    return decode_photo(SAMPLE.read_bytes(), "sample")
+    """The sample photo at half size."""
+    full = decode_photo(SAMPLE.read_bytes(), "sample")
+    return cv2.resize(full, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
 
 
 @pytest.fixture(scope="module")
@@ -212,8 +215,6 @@ def test_strokes_change_the_mask_there_and_nowhere_else(
 
 @pytest.mark.slow
 def test_who_of_two_is_meant(photo: np.ndarray, subject: Subject) -> None:
-    import cv2
-
     height, width = photo.shape[:2]
     small = cv2.resize(photo[..., :3], None, fx=0.7, fy=0.7, interpolation=cv2.INTER_AREA)
     scene = np.full(

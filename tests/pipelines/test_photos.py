@@ -25,11 +25,14 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 @pytest.fixture(scope="module")
 def photos(tmp_path_factory) -> list[str]:
-    """The sample's person, and its mirror image unchanged and half as bright."""
-    folder, picture = tmp_path_factory.mktemp("photos"), ImageOps.mirror(Image.open(SAMPLE))
+    """The sample's person at half size, and its mirror image unchanged and half as bright."""
+    folder, whole = tmp_path_factory.mktemp("photos"), Image.open(SAMPLE)
+    plain = whole.resize((whole.width // 2, whole.height // 2))
+    plain.save(folder / "plain.jpg", quality=95)
+    picture = ImageOps.mirror(plain)
     picture.save(folder / "mirrored.jpg", quality=95)
     picture.point([value // 2 for value in range(256)] * 3).save(folder / "dark.jpg", quality=95)
-    return [str(SAMPLE), str(folder / "mirrored.jpg"), str(folder / "dark.jpg")]
+    return [str(folder / f"{name}.jpg") for name in ("plain", "mirrored", "dark")]
 
 
 def asked(*words: str) -> PersonRequest:
@@ -108,6 +111,8 @@ def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_kn
             "fit.rounds": 1,
             "fit.steps": 20,
             "fit.starts": 0,
+            "shape.resolution": 200,
+            "shape.vertices": 25_000,
             "color.texture": 256,
             "color.synthesis": False,
         },

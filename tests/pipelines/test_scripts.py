@@ -23,7 +23,7 @@ FILM = {"views": "front", "size": 64, "spp": 1, "denoise": False}
 SCRIPT = """
 print("the script begins")
 import a2v
-me = a2v.make_character({photo!r}, cache={cache!r}, workers=2)
+me = a2v.make_character({photo!r}, cache={cache!r}, workers=1)
 wave = a2v.make_motion("Wave", frames=2, seed={seed}, cache={cache!r})
 film = dict(views=("front", "back"), size=64, spp=1, denoise=False)
 print(a2v.make_video(me, wave, {out!r}, **film))

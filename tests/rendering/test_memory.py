@@ -24,7 +24,7 @@ def resident_memory(frames: int) -> list[int]:
         Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)),
         body,
     )
-    settings = RenderSettings(size=96, spp=4, threads=1)
+    settings = RenderSettings(size=64, spp=2, threads=1)
     deformer, renderer = ArapDeformer(character), Renderer(character.surface, settings)
     moves = np.repeat(body.bone_transforms[None], frames, axis=0)
     moves[:, :, 2, 3] += np.linspace(0, 2, frames)[:, None]

@@ -18,7 +18,7 @@ from a2v.animation import EngineSettings
 from a2v.animation.engine import engine_ready
 from a2v.motion.catalog import catalog
 from a2v.samples.ready import PHOTO
-from a2v.types import Character
+from a2v.types import Character, Motion
 from pipelines.batch.rows import defaults, read_rows
 from pipelines.commands import character, video
 from pipelines.engine.memo import plain
@@ -26,6 +26,7 @@ from pipelines.engine.refs import Ref
 from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Vertices
 from pipelines.options import group, parse
+from pipelines.outputs import made_motion
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
 from pipelines.requests.person import PersonStages
@@ -232,25 +233,26 @@ def reduced(person: a2v.Person, store: Store) -> Ref[Character]:
 
 
 def go_through(
-    clip: a2v.MotionClip, person: a2v.Person, small: Ref[Character], store: Store
-) -> None:
+    request: VideoRequest, small: Ref[Character], store: Store, frames: int | None = None
+) -> Motion:
     """Run the graph of a video up to the vertices and the GLB of the `small` character of
-    `reduced`, and check both."""
-    request = VideoRequest(person=person.request, motion=clip.request, film=FilmRequest())
+    `reduced`, check both, and return the motion, which has as many `frames` by default."""
     resolved = request.resolve(store)
     outcome = run(
-        ["vertices", "glb"],
+        ["motion", "vertices", "glb"],
         graph=resolved.graph,
         executor="serial",
         store=store,
         overrides={"character": small, "engine_character": small},
         **resolved.parameters,
     )
+    motion = made_motion(outcome, resolved.parameters["edit"])
     refs = outcome.values["vertices"]
-    assert len(refs) == len(clip.motion.joints)
+    assert len(refs) == (len(motion.joints) if frames is None else frames)
     for ref in (refs[0], refs[-1]):
         vertices = store.get(ref, Vertices).vertices
         assert vertices.shape == store.get(small, Character).surface.vertices.shape
         assert np.isfinite(vertices).all()
         assert 0.3 < np.ptp(vertices, axis=0).max() < 2.8  # a person, upright or not
     assert check_glb(bytes(outcome.get("glb", Blob))) == 1
+    return motion

@@ -93,10 +93,10 @@ def ready(library: Library) -> Photo:
 
 
 class Server:
-    """``a2v serve`` in a process of its own."""
+    """``a2v serve`` in a process of its own; with the common store unless `cache` is given."""
 
-    def __init__(self, folder: Path, port: int = 0) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, port: int = 0, cache: Path | None = None) -> None:
+        self.folder, self.cache = folder, cache
         command = [
             sys.executable,
             "-m",
@@ -108,6 +108,7 @@ class Server:
             str(port),
             "--workers",
             "2",
+            *(["--cache", str(cache)] if cache else []),
         ]
         self.process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None

@@ -95,12 +95,20 @@ function showPeople() {
   byId("export").disabled = Boolean(photo && photo.status === "unusable");
   byId("who").textContent = photo ? photo.title : "Sample person";
   clip.show(photo || null);
-  if (live) live.stop();
-  live = liveControls(byId("live-box"), chosen, stage, () => Boolean(photo && photo.known), () => poll());
+  showLive(photo);
   showMaking(photo);
   if (stage) bring(photo);
 }
-let live = null;
+let live = null, driven = "";
+
+/** The controls of the live mode. They stay while the same person is driven, also when a recording is added to the files. */
+function showLive(photo) {
+  const now = JSON.stringify([chosen, Boolean(stage), photo && [photo.known, photo.looks, photo.more]]);
+  if (now === driven) return;
+  driven = now;
+  if (live) live.stop();
+  live = liveControls(byId("live-box"), chosen, stage, () => Boolean(photo && photo.known), () => poll());
+}
 
 /** What is known about the photo, and how far the person is. */
 function showMaking(photo) {

@@ -20,7 +20,7 @@ from a2v.errors import InputError
 from a2v.formats.registry import read_motion
 from pipelines.serve.live import MAX_FRAME
 from pipelines.serve.live_child import MOST_SIDE, Session, decoded, serve
-from tests.support.browser import LOCAL, SOFTWARE, chromium
+from tests.support.browser import LOCAL, SOFTWARE, calm, chromium
 from tests.support.footage import picture
 from tests.support.live import TOKEN, jpeg, live_server, plain_character, write_camera
 
@@ -147,7 +147,9 @@ def test_the_button_moves_the_person(tmp_path: Path) -> None:
         live_server(tmp_path / "folder") as (address, photo),
         chromium(*SOFTWARE, *flags, exclude=LOCAL) as browser,
     ):
-        page = browser.new_page(viewport={"width": 320, "height": 500})
+        context = browser.new_context(viewport={"width": 320, "height": 500})
+        calm(context)
+        page = context.new_page()
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.set_default_timeout(240_000)
@@ -165,6 +167,9 @@ def test_the_button_moves_the_person(tmp_path: Path) -> None:
         )
         page.get_by_role("button", name="Keep the recording").click()
         expect(page.get_by_text("among the files")).to_be_visible(timeout=240_000)
+        page.wait_for_timeout(3000)  # the page has asked for the files, and the camera goes on
+        expect(page.get_by_text("among the files")).to_be_visible()
+        expect(page.locator("p[data-state=driven]")).to_be_attached()
         page.get_by_role("button", name="Stop", exact=True).click()
         page.locator("summary", has_text="The photo and the person").click()
         expect(page.get_by_role("link", name="Recorded with the camera: GLB")).to_be_visible()

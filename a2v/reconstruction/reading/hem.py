@@ -7,6 +7,7 @@ import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import rest_vertices
+from a2v.geometry.colors import lab_of_bytes, lightness_of_bytes
 from a2v.reconstruction.reading.shown import STEP, body_shown, pixels_beside
 from a2v.reconstruction.reading.skin import face_tone
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
@@ -82,12 +83,11 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     the gap or the shadow of two trouser legs. Shorts whose legs touch can be like that, too
     (`line_between_legs`).
     """
-    from skimage.color import rgb2lab
 
     tone = face_tone(subject)
     if tone is None:
         return None
-    lab = np.asarray(rgb2lab(subject.image), np.float64)
+    lab = lab_of_bytes(subject.image)
     posed, rest = _axes(body)
     shown = _legs_shown(body, camera, subject)
     asked = [_colors(lab, shown, camera, points) for points in posed]
@@ -233,7 +233,6 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
     and runs near the middle between the axes of the legs. A fold of a skirt is shorter.
     """
     from scipy.ndimage import gaussian_filter, uniform_filter1d
-    from skimage.color import rgb2lab
 
     posed, rest = _axes(body)
     above = np.mean([axis[:, 1] for axis in rest], axis=0) > lowest + _LINE_ABOVE
@@ -243,9 +242,7 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
     unit = across / np.maximum(width, 1e-9)
     middle = left[:, None] + np.linspace(*_LINE_WITHIN, _LINE_COLUMNS)[None, :, None] * across
     shown = _legs_shown(body, camera, subject)
-    lightness = gaussian_filter(
-        np.asarray(rgb2lab(subject.image), np.float64)[..., 0], _LINE_BLUR * camera.scale
-    )
+    lightness = gaussian_filter(lightness_of_bytes(subject.image), _LINE_BLUR * camera.scale)
     here = _pixels(lightness, camera, middle)
     sides = [
         np.minimum(*(_pixels(lightness, camera, middle + way * unit) for way in (-away, away)))

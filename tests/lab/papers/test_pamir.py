@@ -29,7 +29,7 @@ from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pamir_geometry, pamir_texture, saved
 from tests.support.smpl import smpl_arrays
 
-SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
+SMALL = {"stacks": 2, "modules": 1, "depth": 1, "widths": (288, 8, 8, 8, 8, 1)}
 
 
 def body_alone():

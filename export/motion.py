@@ -172,7 +172,7 @@ def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
     return onnx.compose.add_prefix(proto, "rotations/", rename_inputs=False, rename_outputs=False)
 
 
-def _step_model(model: MotionVAE) -> onnx.ModelProto:
+def step_model(model: MotionVAE) -> onnx.ModelProto:
     """The step as ONNX, with a dynamic batch."""
     batch, joints, hidden = 2, model.skeleton.n_joints, model.settings.hidden_size
     arguments = (
@@ -272,7 +272,7 @@ def sequence_model(model: MotionVAE, meters_per_unit: float) -> onnx.ModelProto:
     native units and the states of `STATE_NAMES`; outputs joints (N, T, J, 3) in meters, rotations
     (N, T, J, 3), root (N, T, 3) and ``last_<state>``.
     """
-    body, folded, weights = _frame_body(_step_model(model.eval()))
+    body, folded, weights = _frame_body(step_model(model.eval()))
     made = ["native_joints", "turns"][: len(body.output) - len(STATE_NAMES)]
     rotations = _rotations_model(model, made[-1])
     scan = helper.make_node(

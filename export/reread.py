@@ -23,7 +23,7 @@ from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
 from a2v.lab.untracing import read_described
 from a2v.motion.card import StepCard, parse_card
-from export.motion import sequence_model
+from export.motion import step_model
 
 HIDDEN = "posterior."
 """First part of the names of the weights that an export leaves out."""
@@ -139,7 +139,7 @@ def _places(network: MotionVAE) -> dict[str, np.ndarray]:
             weight.copy_(numbers.view(weight.shape))  # whole numbers, exact below 2 ** 24
             start += weight.numel()
     places = {}
-    for item in sequence_model(numbered.eval(), 1.0).graph.initializer:
+    for item in step_model(numbered.eval()).graph.initializer:
         array = numpy_helper.to_array(item)
         if array.dtype == np.float32 and array.size > 2:
             index = np.rint(array).astype(np.int64) - 1

@@ -50,3 +50,62 @@ def srgb_bytes(linear: FloatArray) -> ByteArray:
         0.5
     )
     return np.asarray(_encoded()[index.astype(np.uint16)])
+
+
+_XYZ = np.array(
+    [
+        [0.412453, 0.357580, 0.180423],
+        [0.212671, 0.715160, 0.072169],
+        [0.019334, 0.119193, 0.950227],
+    ]
+)
+"""Rows: X, Y and Z of linear sRGB, as scikit-image has them."""
+_WHITE = np.array([0.95047, 1.0, 1.08883])
+"""XYZ of the illuminant D65."""
+_MANY = 1 << 17
+"""Pixels from which on each color is converted once."""
+
+
+def lab_of_bytes(image: ByteArray) -> FloatArray:
+    """Return CIELAB (..., 3), float64, of sRGB bytes (..., 3).
+
+    It is scikit-image's ``rgb2lab`` to rounding. A photo has far fewer colors than pixels, and each
+    color is converted once: that takes a third of the time.
+    """
+    if image.size < 3 * _MANY:
+        return _lab_of_each(image)
+    red, green, blue = (image[..., channel].astype(np.int32) for channel in range(3))
+    code = (red << 16) | (green << 8) | blue
+    present = np.zeros(1 << 24, bool)
+    present[code] = True
+    codes = np.flatnonzero(present)
+    place = np.empty(len(present), np.int32)
+    place[codes] = np.arange(len(codes), dtype=np.int32)
+    colors = np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=-1)
+    return np.asarray(_lab_of_each(colors.astype(np.uint8))[place[code]])
+
+
+def lightness_of_bytes(image: ByteArray) -> FloatArray:
+    """Return the first of CIELAB's numbers (...), float64, of sRGB bytes (..., 3)."""
+    linear = _decoded()
+    shares = (
+        (linear * share)[image[..., channel]] for channel, share in enumerate(_XYZ[1].tolist())
+    )
+    return np.asarray(116.0 * _root(sum(shares, np.zeros(image.shape[:-1]))) - 16.0)
+
+
+@functools.cache
+def _decoded() -> FloatArray:
+    """Return linear light, float64, of the 256 sRGB bytes."""
+    encoded = np.arange(256) / 255.0
+    return np.where(encoded > 0.04045, np.power((encoded + 0.055) / 1.055, 2.4), encoded / 12.92)
+
+
+def _root(share: FloatArray) -> FloatArray:
+    """Return CIELAB's curve of shares of the white point."""
+    return np.where(share > 0.008856, np.cbrt(share), 7.787 * share + 16.0 / 116.0)
+
+
+def _lab_of_each(image: ByteArray) -> FloatArray:
+    x, y, z = np.moveaxis(_root(_decoded()[image] @ _XYZ.T / _WHITE), -1, 0)
+    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)

@@ -7,6 +7,7 @@ choices of three joints are compared by a person's proportions and by the other 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -120,8 +121,7 @@ class _Tree:
 
     def length(self, path: Sequence[int]) -> float:
         """Return the length of a path of bones."""
-        points = self.heads[list(path)]
-        return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        return float(_lengths(self.heads[list(path)]).sum())
 
     def forks(self) -> list[int]:
         """Return bones off the ground below which two chains or more reach the ground."""
@@ -254,8 +254,7 @@ class _Person:
         a, b = heads[list(one[:count])], heads[list(other[:count])]
         cost = float(np.abs(a[:, 1] - b[:, 1]).max())
         if count > 1:
-            lengths = [np.linalg.norm(np.diff(limb, axis=0), axis=1) for limb in (a, b)]
-            cost += 8 * max(float(np.abs(lengths[0] - lengths[1]).max()) - 0.01, 0)
+            cost += 8 * max(float(np.abs(_lengths(a) - _lengths(b)).max()) - 0.01, 0)
         return cost
 
     def _arms(
@@ -300,36 +299,35 @@ class _Person:
     def _arms_along(self, path: list[int]) -> list[tuple[float, tuple[int, ...]]]:
         """Return choices of (shoulder, elbow, wrist) along a path, best first; of (shoulder,
         elbow) and (shoulder,) for an arm that ends early."""
-        heads, found = self.tree.heads, []
+        heads, found = self.tree.heads[path], []
         sizes = [len(self.tree.children[bone]) for bone in path]
+        # numbers of Python: arrays of three cost ten times the arithmetic
+        apart = np.linalg.norm(heads[:, None] - heads[None], axis=-1).tolist()
+        aside = np.abs((heads - self.middle) @ self.across).tolist()
+        low = (heads[:, 1] < self.middle[1] + 0.12).tolist()
+        after = np.append(np.cumsum(_lengths(heads)[::-1])[::-1], 0.0).tolist()
         for count in (3, 2, 1):
             for chosen in itertools.combinations(range(len(path)), count):
-                points = heads[[path[k] for k in chosen]]
-                parts = np.linalg.norm(np.diff(points, axis=0), axis=1)
-                off = abs(float((points[0] - self.middle) @ self.across))
-                low = points[0, 1] < self.middle[1] + 0.12
-                if low or off < 0.02 or parts.min(initial=1.0) < 0.05:
+                parts = [apart[k][then] for k, then in itertools.pairwise(chosen)]
+                off = aside[chosen[0]]
+                if low[chosen[0]] or off < 0.02 or min(parts, default=1.0) < 0.05:
                     continue
-                cost = 0.15 * abs(np.log(off / _ARM[2]))
-                beyond = self.tree.length(path[chosen[-1] :])
+                cost = 0.15 * abs(math.log(off / _ARM[2]))
+                beyond = after[chosen[-1]]
                 if count == 3:
-                    cost += 0.3 * abs(np.log(parts[0] / parts[1] * _ARM[1] / _ARM[0]))
-                    cost += 0.15 * abs(np.log(parts.sum() / (_ARM[0] + _ARM[1])))
+                    cost += 0.3 * abs(math.log(parts[0] / parts[1] * _ARM[1] / _ARM[0]))
+                    cost += 0.15 * abs(math.log(sum(parts) / (_ARM[0] + _ARM[1])))
                     cost += 3.0 * max(beyond - 0.14, 0) - 0.25 * (sizes[chosen[2]] >= 3)
                     cost += 0.25 * any(sizes[k] >= 3 for k in range(chosen[0], chosen[2]))
                     if path[chosen[2] + 1 :] and beyond < 0.01:
                         cost += 0.1
                 elif count == 2:  # the hand is missing
-                    cost += 0.3 * abs(np.log(parts[0] / _ARM[0])) + 1.0 * beyond
+                    cost += 0.3 * abs(math.log(parts[0] / _ARM[0])) + 1.0 * beyond
                 else:  # the forearm is missing too
                     cost += 2.0 * max(beyond - 0.1, 0)
                 # a collar bone begins near the middle, and the shoulder ends it
-                inner = [
-                    abs(float((heads[path[k]] - self.middle) @ self.across))
-                    for k in range(chosen[0])
-                ]
-                cost += 0.1 * sum(one > 0.75 * off for one in inner)
-                found.append((float(cost), tuple(path[k] for k in chosen)))
+                cost += 0.1 * sum(one > 0.75 * off for one in aside[: chosen[0]])
+                found.append((cost, tuple(path[k] for k in chosen)))
         return sorted(found)
 
     def _first_is_left(self, *limbs: Sequence[int]) -> bool:
@@ -392,3 +390,9 @@ class _Person:
         if ends and tree.length(chain[-2:]) > _SKULL:
             chain.pop()  # the top of the head
         return {"head": chain[-1], **({"neck": chain[0]} if len(chain) > 1 else {})}
+
+
+def _lengths(points: FloatArray) -> FloatArray:
+    """Return the distances (n - 1,) between successive points (n, 3)."""
+    steps = points[1:] - points[:-1]
+    return np.asarray(np.sqrt((steps * steps).sum(axis=1)))

@@ -77,7 +77,7 @@ def test_an_arm_on_the_wrong_side_is_mended(side: str) -> None:
     evidence, camera, truth, translation = seen(side)
     objective = objective_of(evidence)
     stuck = held(side, OVERHEAD, camera, translation)
-    for _ in range(4):
+    for _ in range(2):
         objective.renew_silhouette(stuck)
         objective.minimize(stuck, 40, stage="silhouette")
     assert gap(objective, stuck, f"{side}_arm") > 2 * STRAY  # the fit alone does not find the pose

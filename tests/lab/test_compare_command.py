@@ -51,6 +51,8 @@ def made(tmp_path_factory):
         "--cache": whole_run().store,
         "--color.texture": 512,
         "--color.synthesis": "false",
+        "--color.delight": "false",
+        "--color.tolerance": 0.1,
         "--survey": folder / "survey.html",
         "--out": folder / "sheet.html",
     }

@@ -200,7 +200,7 @@ def painted(scene, surface: Surface, change) -> Surface:
         changed,
         camera,
         evidence=ColorEvidence(spots=spots),
-        settings=ColorSettings(texture=0, tolerance=1e-2),
+        settings=ColorSettings(texture=0, tolerance=0.1, delight=False),
     )
 
 
@@ -258,7 +258,7 @@ def test_a_prior_is_followed_on_the_unseen_side(scene, surface: Surface) -> None
         subject,
         camera,
         evidence=ColorEvidence(prior=prior),
-        settings=ColorSettings(texture=0),
+        settings=ColorSettings(texture=0, tolerance=0.1, delight=False),
     )
     assert painted.texture is None
     assert np.abs(painted.colors[back] - (0.9, 0.8, 0.1)).max(axis=1).mean() < 0.1

@@ -137,7 +137,7 @@ def test_dust_and_bubbles_go() -> None:
     mesh = trimesh.Trimesh(*extract_surface(field, BOX, settings=QUICK), process=False)
     assert mesh.body_count == 1
     assert mesh.volume == pytest.approx(VOLUMES[sphere][1], rel=0.01)
-    both = ExtractionSettings(resolution=200, vertices=60_000, pieces=0.001)
+    both = ExtractionSettings(resolution=200, vertices=25_000, pieces=0.001)
     assert (
         trimesh.Trimesh(*extract_surface(field, BOX, settings=both), process=False).body_count == 2
     )

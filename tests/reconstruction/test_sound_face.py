@@ -18,7 +18,7 @@ from a2v.samples import ReadyPerson, load_ready_person
 from a2v.types import Camera, Reconstruction, Subject, Surface
 from tests.support.surfaces import coated
 
-COLOR = ColorSettings(texture=512, synthesis=False, tolerance=0.03)
+COLOR = ColorSettings(texture=512, synthesis=False, delight=False, tolerance=0.1)
 
 
 @pytest.fixture(scope="module")

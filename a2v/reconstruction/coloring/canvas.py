@@ -11,6 +11,7 @@ import numpy as np
 
 from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
+from a2v.geometry.colors import lab_of_bytes
 from a2v.reconstruction.coloring.atlas import Atlas
 from a2v.reconstruction.flanks import flanks_beside_arms
 from a2v.reconstruction.reading.record import HairSeen, Reading
@@ -287,9 +288,8 @@ class _Palettes:
 
     def __init__(self, image: ByteArray, shown: IntArray, apart: BoolArray, scale: float) -> None:
         import cv2
-        from skimage.color import rgb2lab
 
-        self.lab = np.asarray(rgb2lab(image), np.float64)
+        self.lab = lab_of_bytes(image)
         moving = np.array([name.endswith(_MOVING) for name in PARTS])
         self.asked = apart & (
             moving[:, None] | moving

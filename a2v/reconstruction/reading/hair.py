@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.geometry.colors import lab_of_bytes
 from a2v.reconstruction.palettes import clustered_colors, palette_distance
 from a2v.reconstruction.reading.record import HairSeen
 from a2v.reconstruction.reading.skin import face_tone
@@ -97,7 +98,6 @@ def head_colors(
     None: that of the face.
     """
     import cv2
-    from skimage.color import rgb2lab
 
     if subject.face is None:
         return None
@@ -108,7 +108,7 @@ def head_colors(
     mask, sigma = subject.mask[:rows] > 0.5, max(blur * scale, 0.1)
     # the blur reads the rows within four deviations
     image = subject.image[: rows + int(np.ceil(4 * sigma)) + 1]
-    lab = np.asarray(rgb2lab(cv2.GaussianBlur(image, (0, 0), sigma)[:rows]), np.float64)
+    lab = lab_of_bytes(np.asarray(cv2.GaussianBlur(image, (0, 0), sigma)[:rows]))
     tone = face_tone(subject)
     if tone is None:
         return None

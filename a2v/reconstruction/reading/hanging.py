@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import on_parts
+from a2v.geometry.colors import lab_of_bytes
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
@@ -103,9 +104,8 @@ def _alike(
     meters from the legs.
     """
     from scipy.spatial import cKDTree
-    from skimage.color import rgb2lab
 
-    lab = np.asarray(rgb2lab(subject.image), np.float64) * [1 / 3, 1.0, 1.0]
+    lab = lab_of_bytes(subject.image) * [1 / 3, 1.0, 1.0]
     legs = camera.project(
         body.vertices[on_parts(body.parts, "left_thigh", "left_shin", "right_thigh", "right_shin")]
     )

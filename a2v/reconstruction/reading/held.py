@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
+from a2v.geometry.colors import lab_of_bytes
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Subject
 
 _WRISTS = (15, 16)
@@ -59,15 +60,12 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
     """
     import cv2
     from scipy import ndimage
-    from skimage.color import rgb2lab
 
     size = shown.shape[::-1]
     mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.5
     result = np.zeros(shown.shape, bool)
     away = _from_hands(subject, shown) / scale
-    lab = np.asarray(
-        rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
-    )
+    lab = lab_of_bytes(np.asarray(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)))
     head = np.isin(shown, [PARTS.index("head"), PARTS.index("neck")])
     near = (away < _REACH) & ~head
     trunk = np.isin(shown, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh")])

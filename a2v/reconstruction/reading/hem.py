@@ -7,9 +7,10 @@ import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import rest_vertices
+from a2v.geometry.colors import lab_of_bytes, lightness_of_bytes
 from a2v.reconstruction.reading.shown import STEP, body_shown, pixels_beside
 from a2v.reconstruction.reading.skin import face_tone
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
+from a2v.types import Body, BoolArray, ByteArray, Camera, FloatArray, IntArray, Subject
 
 _ALONG = np.linspace(0.3, 1.75, 88)
 """Places along both legs at which the photo is sampled: 0 at the hip, 1 at the knee, 2 at the
@@ -82,12 +83,11 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     the gap or the shadow of two trouser legs. Shorts whose legs touch can be like that, too
     (`line_between_legs`).
     """
-    from skimage.color import rgb2lab
 
     tone = face_tone(subject)
     if tone is None:
         return None
-    lab = np.asarray(rgb2lab(subject.image), np.float64)
+    lab = lab_of_bytes(subject.image)
     posed, rest = _axes(body)
     shown = _legs_shown(body, camera, subject)
     asked = [_colors(lab, shown, camera, points) for points in posed]
@@ -232,8 +232,7 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
     The line is a gap in the mask, or it is darker than both of its sides. It begins at the crotch
     and runs near the middle between the axes of the legs. A fold of a skirt is shorter.
     """
-    from scipy.ndimage import gaussian_filter, uniform_filter1d
-    from skimage.color import rgb2lab
+    from scipy.ndimage import uniform_filter1d
 
     posed, rest = _axes(body)
     above = np.mean([axis[:, 1] for axis in rest], axis=0) > lowest + _LINE_ABOVE
@@ -243,14 +242,11 @@ def line_between_legs(subject: Subject, body: Body, camera: Camera, lowest: floa
     unit = across / np.maximum(width, 1e-9)
     middle = left[:, None] + np.linspace(*_LINE_WITHIN, _LINE_COLUMNS)[None, :, None] * across
     shown = _legs_shown(body, camera, subject)
-    lightness = gaussian_filter(
-        np.asarray(rgb2lab(subject.image), np.float64)[..., 0], _LINE_BLUR * camera.scale
-    )
+    beside = [(middle - away * unit, middle + away * unit) for away in _LINE_SIDES]
+    every = np.concatenate([middle, *(one for both in beside for one in both)], axis=None)
+    lightness = _lightness(subject.image, camera, every.reshape(-1, 3))
     here = _pixels(lightness, camera, middle)
-    sides = [
-        np.minimum(*(_pixels(lightness, camera, middle + way * unit) for way in (-away, away)))
-        for away in _LINE_SIDES
-    ]
+    sides = [np.minimum(*(_pixels(lightness, camera, one) for one in both)) for both in beside]
     line = (np.max(sides, axis=0) - here) / (here + _LINE_BLACK)
     line = np.where(_pixels(subject.mask, camera, middle) < 0.5, 1.0, line)
     seen = (width[:, 0, 0] > _APART) & (_pixels(shown, camera, middle, STEP).mean(axis=1) > 0.8)
@@ -286,6 +282,24 @@ def _pixels(
     return np.asarray(picture[row, column], np.float64).reshape(
         points.shape[:2] + picture.shape[2:]
     )
+
+
+def _lightness(image: ByteArray, camera: Camera, points: FloatArray) -> FloatArray:
+    """CIELAB lightness (H, W) of a photo, blurred by `_LINE_BLUR`, in the part of it that has the
+    `points` (n, 3); 0 elsewhere."""
+    from scipy.ndimage import gaussian_filter
+
+    result = np.zeros(image.shape[:2])
+    if not len(points):
+        return result
+    sigma, size = _LINE_BLUR * camera.scale, np.array(image.shape[1::-1])
+    reach = int(np.ceil(4 * sigma)) + 1  # the filter's
+    pixels = np.clip(np.floor(camera.project(points)).astype(np.int64), 0, size - 1)
+    low = np.maximum(pixels.min(axis=0) - reach, 0)
+    high = pixels.max(axis=0) + reach + 1
+    part = np.s_[low[1] : high[1], low[0] : high[0]]
+    result[part] = gaussian_filter(lightness_of_bytes(image[part]), sigma)
+    return result
 
 
 def _along_line(values: FloatArray) -> FloatArray:

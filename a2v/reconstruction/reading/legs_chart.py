@@ -59,11 +59,16 @@ def legs_chart(image: ByteArray, mask: FloatArray | BoolArray, legs: FloatArray)
     across, reach = np.array([down[1], -down[0]]), np.linspace(-_WIDE, _WIDE, SIDE) * length
     points = (middle[:, None] + reach[:, None] * across).astype(np.float32)
     width = max(1, int(2 * _WIDE * length / SIDE))
-    picture = np.dstack([image.astype(np.float32) / 255, np.asarray(mask, np.float32)])
+    # only the part of the photo that the chart shows, and what the blur reads beside it
+    flat, size = points.reshape(-1, 2), np.array(image.shape[1::-1])
+    corner = np.clip(np.floor(flat.min(axis=0)).astype(np.int64) - width - 2, 0, size - 1)
+    end = np.maximum(np.ceil(flat.max(axis=0)).astype(np.int64) + width + 2, corner + 1)
+    part = np.s_[corner[1] : end[1], corner[0] : end[0]]
+    picture = np.dstack([image[part].astype(np.float32) / 255, np.asarray(mask[part], np.float32)])
     seen = cv2.remap(
         cv2.blur(picture, (width, width)),
-        points[..., 0] - 0.5,
-        points[..., 1] - 0.5,
+        points[..., 0] - np.float32(0.5 + corner[0]),
+        points[..., 1] - np.float32(0.5 + corner[1]),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )

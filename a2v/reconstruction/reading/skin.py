@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.geometry.colors import lab_of_bytes
 from a2v.reconstruction.palettes import lab_of
 from a2v.reconstruction.reading.shown import STEP
 from a2v.types import BoolArray, FloatArray, Subject
@@ -72,7 +73,7 @@ def photo_and_tone(
     if tone is None:
         return None
     small = cv2.resize(subject.image, shape[::-1], interpolation=cv2.INTER_AREA)
-    return lab_of(small / 255.0), tone
+    return lab_of_bytes(np.asarray(small)), tone
 
 
 def within_mask(subject: Subject, shape: tuple[int, ...]) -> BoolArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.geometry.colors import lab_of_bytes
 from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
@@ -43,13 +44,10 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
         Pixels of `shown` per meter.
     """
     import cv2
-    from skimage.color import rgb2lab
 
     size = shown.shape[::-1]
     mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    lab = np.asarray(
-        rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
-    )
+    lab = lab_of_bytes(np.asarray(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)))
     deep = (_distance_from(shown < 0) > _DEEP * scale) & (mask > 0.9)
     outside = _distance_from(mask > 0.1)
     around = (outside > _RIM * scale) & (outside < _NEAR * scale)

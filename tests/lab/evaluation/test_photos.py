@@ -114,7 +114,11 @@ def test_the_command_draws_measures_and_goes_on(
     folder.mkdir()
     shutil.copy(PHOTO, folder / "someone.jpg")
     (tmp_path / "grades.csv").write_text("photo,grade,reason\nsomeone,5,all is right\n")
-    quick = ["--backend", "body-prior", "--fit.starts", "1", "--color.texture", "512", "--quiet"]
+    quick = [
+        *("--backend", "body-prior", "--fit.starts", "1", "--fit.rounds", "3", "--quiet"),
+        *("--color.texture", "512", "--color.tolerance", "0.1", "--color.delight", "false"),
+        *("--shape.resolution", "200", "--shape.vertices", "25000", "--color.synthesis", "false"),
+    ]
     words = ["evaluate", "photos", str(folder), "--out", str(out), *quick]
     assert main([*words, "--grades", str(tmp_path / "grades.csv")]) == 0
     content = json.loads((out / "photos.json").read_text())

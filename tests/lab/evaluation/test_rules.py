@@ -70,7 +70,7 @@ def test_a_trial_colors_as_the_product_does() -> None:
     ready = load_ready_person()
     person = Reconstruction(surface=ready.colored_surface, backend="pifu")
     sight = Sight(ready.subject, ready.body, ready.photo_camera, person)
-    settings = ColorSettings(texture=256)
+    settings = ColorSettings(texture=256, delight=False, tolerance=0.1)
     bench = Bench("sample", sight, person, None, settings, MovedSettings())
     found = {trial.rule: trial for trial in bench.trials(["comb", "even", "smooth_borders"], 1)}
     assert found["comb"].changed == 0.0  # he has short hair

@@ -52,6 +52,29 @@ def exported(data, codec, tmp_path_factory):
     return model, MotionModel.load(path)
 
 
+@pytest.fixture(scope="module")
+def wide(data, tmp_path_factory):
+    """A wide flow whose windows face forward, its weights before its export, and its file."""
+    folder = tmp_path_factory.mktemp("wide")
+    settings = dataclasses.replace(SMALL, iterations=3, face_forward=True, balance=0.5)
+    codec = train_flow(data, folder, settings=settings).codec
+    torch.manual_seed(0)
+    network = FlowNetwork(2, dataclasses.replace(settings, width=192))
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(torch.randn_like(parameter) * 0.05)
+    model = FlowModel(network.eval(), codec)
+    before = [parameter.clone() for parameter in network.parameters()]
+    export_flow(
+        model,
+        data,
+        folder / "wide.onnx",
+        license="Apache-2.0",
+        sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8),
+    )
+    return model, before, folder / "wide.onnx"
+
+
 def test_features_do_not_depend_on_bone_lengths(data):
     joints = data.joints[0][:20] - data.joints[0][0, 0]
     root = joints[:, :1]
@@ -373,11 +396,8 @@ def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
     assert missed < 0.3 * before
 
 
-def test_windows_that_face_forward_are_continued_in_any_heading(data, tmp_path):
-    settings = dataclasses.replace(SMALL, iterations=3, face_forward=True, balance=0.5)
-    model = train_flow(data, tmp_path, settings=settings)
-    export_flow(model, data, tmp_path / "f.onnx", license="none", sampling=Sampling(steps=1))
-    sampler = MotionModel.load(tmp_path / "f.onnx").sampler
+def test_windows_that_face_forward_are_continued_in_any_heading(data, wide):
+    sampler = MotionModel.load(wide[2]).sampler
     rng = np.random.default_rng(0)
     noise, lengths = rng.standard_normal((1, 12), dtype=np.float32), data.clip_bone_lengths[:1]
     context = data.joints[0][None, 10:14]
@@ -410,32 +430,20 @@ def test_traits_let_actions_share_what_they_learn(data):
     assert moved[2] == 0
 
 
-def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
+def test_matrices_are_stored_as_bytes(data, wide, tmp_path):
     """A wide network takes a third of the float32 size and equals PyTorch with rounded weights."""
-    torch.manual_seed(0)
-    network = FlowNetwork(2, dataclasses.replace(SMALL, width=192))
-    with torch.no_grad():
-        for parameter in network.parameters():
-            parameter.add_(torch.randn_like(parameter) * 0.05)
-    model = FlowModel(network.eval(), codec)
-    before = [parameter.clone() for parameter in network.parameters()]
+    model, before, path = wide
+    network = model.network
     with pytest.raises(InputError, match="temperature is 0"):
         export_flow(
             model,
             data,
-            tmp_path / "wide.onnx",
+            tmp_path / "cold.onnx",
             license="Apache-2.0",
             sampling=Sampling(temperature=0.0),
         )
-    export_flow(
-        model,
-        data,
-        tmp_path / "wide.onnx",
-        license="Apache-2.0",
-        sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8),
-    )
     size = 4 * sum(parameter.numel() for parameter in network.parameters())
-    stored = (tmp_path / "wide.onnx").read_bytes()
+    stored = path.read_bytes()
     assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes
     assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
     moved = [
@@ -450,7 +458,7 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
         rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32),
     )
     labels, active = np.array([0, 1, 1]), np.ones(3, np.float32)
-    joints, _ = MotionModel.load(tmp_path / "wide.onnx").sampler.run(
+    joints, _ = MotionModel.load(path).sampler.run(
         labels, active=active, noise=noise, lengths=lengths
     )
     with torch.no_grad():

@@ -47,16 +47,17 @@ class Killed(Exception):
 @pytest.mark.parametrize("decoder", ["glmi-m", "glmi-r", "lie", "plain"])
 def test_a_killed_run_resumes_to_the_same_weights(tmp_path, decoder):
     vae = dataclasses.replace(SMALL, decoder=decoder)
-    whole = train(waving(), tmp_path / "whole", vae=vae, settings=SETTINGS)
+    settings = dataclasses.replace(SETTINGS, iterations=8, log_every=2)
+    whole = train(waving(), tmp_path / "whole", vae=vae, settings=settings)
 
     def kill(state, _row):
-        if state.iteration == 15:
+        if state.iteration == 4:
             raise Killed
 
     with pytest.raises(Killed):
-        train(waving(), tmp_path / "parts", vae=vae, settings=SETTINGS, on_log=kill)
-    assert read_checkpoint(tmp_path / "parts" / "checkpoint.pt", ["model"])["iteration"] == 15
-    resumed = train(waving(), tmp_path / "parts", vae=vae, settings=SETTINGS)
+        train(waving(), tmp_path / "parts", vae=vae, settings=settings, on_log=kill)
+    assert read_checkpoint(tmp_path / "parts" / "checkpoint.pt", ["model"])["iteration"] == 4
+    resumed = train(waving(), tmp_path / "parts", vae=vae, settings=settings)
     for (name, a), b in zip(whole.named_parameters(), resumed.parameters(), strict=True):
         assert torch.equal(a, b), name
 

@@ -29,7 +29,7 @@ from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pamir_geometry, pamir_texture, saved
 from tests.support.smpl import smpl_arrays
 
-SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
+SMALL = {"stacks": 2, "modules": 1, "depth": 1, "widths": (288, 8, 8, 8, 8, 1)}
 
 
 def body_alone():
@@ -77,6 +77,19 @@ def _own_cache(files, monkeypatch):
 def person(scene):
     subject, body, camera = scene
     return subject, dataclasses.replace(body, model="smpl"), camera
+
+
+@pytest.fixture(scope="module")
+def seen(scene, files):
+    """SMPL's body as the networks see it."""
+    subject, _, camera = scene
+    body = make_body(load_body_model(files["smpl"]), grounded=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("A2V_CACHE", str(files["folder"] / "cache"))
+        found = PamirPerson(
+            subject, body, camera, geometry=files["body"], texture="", smpl=files["smpl"]
+        )
+    return body, found
 
 
 def cloud(count=40):
@@ -154,13 +167,10 @@ def test_a_body_becomes_the_names_of_what_is_near():
     assert np.abs(volume[:, rim] - (np.stack([x, y, z])[:, rim] + 0.5)).max() < 0.05
 
 
-def test_the_networks_camera_sees_points_where_ours_does(person, files):
-    subject, body, camera = person
-    seen = PamirPerson(
-        subject, body, camera, geometry=files["body"], texture="", smpl=files["smpl"]
-    )
-    points = body.vertices[::97]
-    places = seen.place(points).astype(np.float64)
+def test_the_networks_camera_sees_points_where_ours_does(scene, seen):
+    subject, _, camera = scene
+    points = seen[0].vertices[::97]
+    places = seen[1].place(points).astype(np.float64)
     frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
     pixels = PIXELS / 2 + places[:, :2] * [1, -1] * FOCAL / (DISTANCE - places[:, 2:])
     assert pixels == pytest.approx(frame.camera.project(points), abs=0.01)
@@ -196,18 +206,14 @@ def test_a_known_field_becomes_its_surface_in_the_pictures_colors(person, files)
     )
 
 
-def test_refining_changes_the_body_that_the_networks_see(scene, files):
+def test_refining_changes_the_body_that_the_networks_see(scene, seen, files):
     subject, _, camera = scene
-    body = make_body(load_body_model(files["smpl"]), grounded=True)
+    body, unrefined = seen
     probes = body.vertices[::40]
+    settings = PapersSettings(pamir_geometry=files["body"], smpl=files["smpl"], pamir_refine=1)
     plain, refined = (
-        _networks(
-            subject,
-            body,
-            camera,
-            PapersSettings(pamir_geometry=files["body"], smpl=files["smpl"], pamir_refine=steps),
-        )[1](probes)
-        for steps in (0, 1)
+        unrefined.occupancy(probes),
+        _networks(subject, body, camera, settings)[1](probes),
     )
     assert np.isfinite(refined).all()
     assert np.abs(refined - plain).max() > 0

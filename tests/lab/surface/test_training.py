@@ -44,9 +44,10 @@ def run(
     """All three stages, trained for seconds on the ellipsoid."""
     folder = tmp_path_factory.mktemp("run")
     logs: dict[str, list[dict[str, float]]] = {stage: [] for stage in STAGES}
-    for stage in STAGES:
+    for stage, iterations in zip(STAGES, (50, 15, 50), strict=True):
+        settings = dataclasses.replace(QUICK, iterations=iterations)
         train_reconstruction(
-            stage, studio, folder, network=SMALL, settings=QUICK, on_log=logs[stage].append
+            stage, studio, folder, network=SMALL, settings=settings, on_log=logs[stage].append
         )
     return folder, logs
 
@@ -135,7 +136,9 @@ def test_onnx_equals_torch_and_finds_the_person(
 
     low, high = lifted.min(axis=0) - 0.1, lifted.max(axis=0) + 0.1
     vertices, faces = extract_surface(
-        person.distance, np.stack([low, high]), settings=ExtractionSettings(resolution=200)
+        person.distance,
+        np.stack([low, high]),
+        settings=ExtractionSettings(resolution=200, vertices=25_000),
     )
     radius = np.linalg.norm((vertices - [0, 0, 0.5]) / AXES, axis=1)
     assert abs(np.median(radius) - 1) < 0.06

@@ -146,7 +146,7 @@ def test_the_eye_that_a_turned_face_hides_has_the_colors_of_the_other(
         dataclasses.replace(subject, image=image),
         body,
         CAMERA,
-        settings=ColorSettings(texture=512, delight=False),
+        settings=ColorSettings(texture=512, delight=False, synthesis=False, tolerance=0.1),
     )
     assert colored.uv is not None
     assert colored.texture is not None

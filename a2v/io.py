@@ -23,7 +23,6 @@ import numpy as np
 
 from a2v.errors import A2VError, InputError, printable
 from a2v.folders import make_folder
-from a2v.npz import array_in
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
@@ -316,7 +315,7 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
                     f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to "
                     "read it"
                 )
-            return {name: array_in(archive, name) for name in archive.files}
+            return {name: archive[name] for name in archive.files}
     except InputError:
         raise
     except Exception as error:  # numpy and zipfile raise many kinds of errors for a broken archive

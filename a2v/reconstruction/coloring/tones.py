@@ -20,9 +20,11 @@ _AROUND_STRAND = 60
 """Number of visible vertices of long hair from whose tone that of a vertex differs by a streak."""
 _FEW = 500
 """Number of visible vertices of long hair that give the color of unseen ones, about."""
-_BLEND, _NEARBY = 0.25, 0.01
-"""Share of the distance of an unseen vertex from visible hair, and a length, meters, by which
-places that count may be farther than the nearest one."""
+_BLEND = 0.25
+"""Share of the distance of an unseen vertex from the nearest visible hair by which places that
+count may be farther."""
+_NEARBY = 0.01
+"""The same at visible hair, meters."""
 _FAR_STRAND = 0.15
 """Distance from visible hair from which on unseen hair has the median color of all, meters."""
 _STREAK = 3.0

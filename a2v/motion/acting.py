@@ -88,7 +88,12 @@ def act(step: Step, play: Play) -> Motion:
         See `make_motion` and `play_clip`.
     """
     own = step.wishes
-    play = dataclasses.replace(play, speed=play.speed * step.speed, count=own.count)
+    play = dataclasses.replace(
+        play,
+        speed=play.speed * step.speed,
+        seed=play.seed if step.seed is None else step.seed,
+        count=own.count,
+    )
     made = _clip(step, play) if step.source == CLIPS else _modeled(step, play)
     side = own.side
     if side and not own.over and side != _side_of(made):

@@ -159,6 +159,7 @@ def parse_prompt(
                     seconds=piece.seconds,
                     frames=piece.frames,
                     speed=match.speed,
+                    seed=match.seed,
                     wishes=found.wishes,
                 )
             )
@@ -302,8 +303,15 @@ def _single(part: Part, vocabulary: Vocabulary) -> _Found:
         *part.lasts,
         *(Told("without", f"without {word}") for word in sorted(without)),
         *([] if taken.tempo == 1 else [Told("tempo", f"{taken.tempo:g} times its speed")]),
+        *([] if taken.seed is None else [Told("take", f"take {taken.seed + 1}")]),
     ]
-    match = replace(match, text=part.text, told=tuple(told), speed=match.speed * taken.tempo)
+    match = replace(
+        match,
+        text=part.text,
+        told=tuple(told),
+        speed=match.speed * taken.tempo,
+        seed=taken.seed,
+    )
     return _Found(part, match, wishes)
 
 

@@ -105,6 +105,8 @@ class Match:
         Tempo in the text that is not in the action's name.
     told : tuple of Told
         Wishes of the text, and whether they are kept.
+    seed : int or None
+        Of this action, if the prompt names a take.
     """
 
     text: str
@@ -113,6 +115,7 @@ class Match:
     others: tuple[str, ...]
     speed: float = 1.0
     told: tuple[Told, ...] = ()
+    seed: int | None = None
 
 
 @dataclass(frozen=True)

@@ -212,12 +212,15 @@ class Taken:
         The part without its wishes; the side is still in it.
     sideless : str
         The same without the side.
+    seed : int or None
+        0 for "take 1", 1 for "take 2" and so on.
     """
 
     wishes: Wishes
     tempo: float
     text: str
     sideless: str
+    seed: int | None = None
 
 
 def take_wishes(text: str) -> Taken:
@@ -235,8 +238,8 @@ def take_wishes(text: str) -> Taken:
     sideless = _stripped(text, _SIDE_RULES, found)
     if angle and turns and not _TRAVELS.search(text):
         text = sideless = "turn in place"
-    tempo = found.pop("tempo", 1.0)
-    return Taken(Wishes(**found), tempo, text, sideless)
+    tempo, seed = found.pop("tempo", 1.0), found.pop("seed", None)
+    return Taken(Wishes(**found), tempo, text, sideless, seed)
 
 
 def _stripped(text: str, rules: Iterable[_Rule], found: dict[str, Any]) -> str:
@@ -274,6 +277,10 @@ _RULES: tuple[_Rule, ...] = (
         lambda m: {"tempo": _rate(m["n"])},
     ),
     _rule(r"\btwice\s+as\s+fast\b", lambda m: {"tempo": 2.0}),
+    _rule(
+        r"(?<=\w) *,?\s+take\s+(?P<n>[1-9]\d{0,8})(?=\s*(?:$|,|\b(?:mirrored|at|for)\b))",
+        lambda m: {"seed": int(m["n"]) - 1},
+    ),
     _rule(
         rf"\b(?:for\s+|about\s+)?(?P<n>{_N}|a(?=\s+(?:kilo|mile|met)))\s*-?\s*(?P<unit>(?:kilo)?met(?:er|re)s?|miles?|m|ft|feet|foot|yards?|km|cm|steps?|paces?)\b",
         _distance,

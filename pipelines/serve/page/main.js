@@ -272,7 +272,7 @@ async function compare() {
   try {
     const motions = await Promise.all(wishes.map(wish => motionOf(wish)));
     if (own !== turn) return;
-    const choose = index => performance_.change({ seed: seeds[index] });
+    const choose = index => performance_.change(performance_.inTake(seeds[index]));
     stage.plays = true;
     await stage.compare(motions, choose);
     byId("doing").textContent = "Press the take that you want";

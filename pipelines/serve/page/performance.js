@@ -13,7 +13,7 @@ export class Performance {
     this.open = -1;
     byId("speed").onchange = () => this.change({ speed: Number(byId("speed").value) });
     byId("mirror").onclick = () => this.change({ mirror: !this.now.mirror });
-    byId("take").onclick = () => this.change({ seed: this.now.seed + 1 });
+    byId("take").onclick = () => this.change(this.inTake(this.now.seed + 1));
     byId("stand").onclick = () => this.change({ parts: [], path: [], copied: null });
     byId("undo").onclick = () => this.undo();
     this.show();
@@ -66,13 +66,16 @@ export class Performance {
     }
     if (!now.parts.length) return null;
     const seconds = now.parts.reduce((sum, part) => sum + part.seconds, 0);
-    const called = part => `${part.words || part.action}${(part.speed || 1) === 1 ? "" : ` at ${part.speed} x speed`}${part.mirror ? " mirrored" : ""}`;
+    const called = part => `${part.words || part.action}${part.seed === undefined ? "" : ` take ${part.seed + 1}`}${(part.speed || 1) === 1 ? "" : ` at ${part.speed} x speed`}${part.mirror ? " mirrored" : ""}`;
     const action = now.text || (now.parts.length > 1 ? now.parts.map(part => `${called(part)} for ${part.seconds} s`).join(", then ") : called(now.parts[0]));
     return { action, seconds: Math.min(60, seconds), speed, mirror, seed, path: path.map(point => point.map(value => value.toFixed(2)).join(",")).join(" ") };
   }
 
+  /** What changes if all parts are played in a take, also those with one of their own. */
+  inTake(seed) { return { seed, ...(this.parts.some(part => part.seed !== undefined) ? { parts: this.parts.map(({ seed: _, ...part }) => part) } : {}) }; }
+
   /** What the server is asked for to compare takes, the present one first. */
-  takes() { return Array.from({ length: TAKES }, (_, more) => this.wish({ ...this.now, seed: this.now.seed + more })); }
+  takes() { return Array.from({ length: TAKES }, (_, more) => this.wish({ ...this.now, ...this.inTake(this.now.seed + more) })); }
 
   /** The same for one action that is only tried. */
   alone(entry) { return this.wish({ parts: [{ action: entry.name, seconds: SECONDS }], speed: 1, mirror: false, seed: 0, path: [], copied: null }); }
@@ -95,7 +98,7 @@ export class Performance {
 
   chip(part, index) {
     const item = make("li"), button = make("button", { type: "button", className: "chip", draggable: true });
-    button.append(make("span", {}, part.title), make("small", {}, [`${part.seconds} s`, ...(part.speed && part.speed !== 1 ? [TEMPI[part.speed]] : []), ...(part.mirror ? ["mirrored"] : [])].join(", ")));
+    button.append(make("span", {}, part.title), make("small", {}, [`${part.seconds} s`, ...(part.speed && part.speed !== 1 ? [TEMPI[part.speed]] : []), ...(part.mirror ? ["mirrored"] : []), ...(part.seed ? [`take ${part.seed + 1}`] : [])].join(", ")));
     button.style.setProperty("--seconds", part.seconds);
     button.setAttribute("aria-expanded", this.open === index);
     button.onclick = () => { this.open = this.open === index ? -1 : index; this.show(); byId("chips").children[index].firstElementChild.focus(); };
@@ -130,7 +133,8 @@ export class Performance {
     tempo.append(speed);
     const mirror = act("Mirror it", () => edit({ mirror: !part.mirror }));
     mirror.setAttribute("aria-pressed", Boolean(part.mirror));
-    box.replaceChildren(label, tempo, mirror, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
+    const again = act("Another take of it", () => edit({ seed: (part.seed ?? this.now.seed) + 1 }));
+    box.replaceChildren(label, tempo, mirror, again, act("Earlier", () => this.move(at, at - 1), at === 0), act("Later", () => this.move(at, at + 1), at === this.parts.length - 1),
       act("Remove", () => { this.open = -1; this.change({ parts: this.parts.filter((_, index) => index !== at) }); }),
       ...part.near.map(other => act(`Instead: ${other.title}`, () => edit({ action: other.action, words: "", title: other.title, near: [] }))));
   }

@@ -85,6 +85,27 @@ def test_words_of_the_page_for_a_part_are_kept() -> None:
     ]
 
 
+def test_a_part_of_the_page_has_a_take_of_its_own(body: Body) -> None:
+    said = "Wave take 3 at 1.5 x speed mirrored for 1 s, then Bow for 1 s, then Walk take 2 for 1 s"
+    assert [(step.action, step.seed) for step in plan_motion(said).steps] == [
+        ("Wave", 2),
+        ("Bow", None),
+        ("Walk", 1),
+    ]
+    assert [step.seed for step in plan_motion("take 2 steps back, then take 3 bows").steps] == [
+        None,
+        None,
+    ]
+
+    def bones(action: str, seed: int) -> str:
+        wish = Wish.of({"action": action, "seconds": 1.0, "seed": seed}).said()
+        return str(play({"folder": "", "clip": None, "cache": None, "wish": wish})["bones"])
+
+    for action in ("Wave", "Walk"):  # a clip, and an action of a model
+        assert bones(f"{action} take 3", 0) == bones(f"{action} take 3", 7) == bones(action, 2)
+        assert bones(f"{action} take 3", 0) != bones(action, 0)
+
+
 def test_seed_mirror_and_tempo_change_what_is_played(body: Body) -> None:
     def bones(**how: object) -> str:
         wish = Wish.of({"action": "Wave", "seconds": 1.0, **how}).said()

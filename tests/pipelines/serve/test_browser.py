@@ -192,6 +192,11 @@ def test_a_part_has_its_own_tempo_and_takes_are_compared(visit: Callable[..., Pa
     expect(page.locator("#chips small")).to_have_text("4 s, faster, mirrored")
     expect(page.locator("#stage")).not_to_have_attribute("aria-busy", "true")
     assert wishes[-1]["wish"]["action"] == "Wave at 1.5 x speed mirrored"
+    page.get_by_role("button", name="Another take of it").click()
+    expect(page.locator("#chips small")).to_have_text("4 s, faster, mirrored, take 2")
+    expect(page.locator("#stage")).not_to_have_attribute("aria-busy", "true")
+    assert wishes[-1]["wish"]["action"] == "Wave take 2 at 1.5 x speed mirrored"
+    page.locator("#undo").click()
     page.locator("#compare").click()
     expect(page.locator("#takes button")).to_have_count(4)
     assert {one["wish"]["seed"] for one in wishes} == {0, 1, 2, 3}

@@ -29,6 +29,8 @@ _FAR_STRAND = 0.15
 """Distance from visible hair from which on unseen hair has the median color of all, meters."""
 _STREAK = 3.0
 """Largest standard deviation of the lightness of unseen strands, CIELAB units."""
+_ROOTS = 0.06
+"""Distance from the scalp over which streaks appear, meters."""
 _HARDLY = 0.15
 """Share of a forearm's known vertices below which the photo tells of it by its pixels alone."""
 TONE = np.array([0.6, 0.75, 0.75])
@@ -120,7 +122,10 @@ def combed(
     away, found = _around(rest[shown], lab, rest[hidden])
     share = np.clip(away / _FAR_STRAND, 0, 1)[:, None]
     found += share * (np.median(lab, axis=0) - found)
-    found[:, 0] += min(unlike, _STREAK) * streak[strands[hidden]]
+    scalp = rest[hair & (strands < 0)]
+    below = cKDTree(scalp).query(rest[hidden], workers=1)[0] if len(scalp) else np.inf
+    streaked = np.clip(below / _ROOTS, 0, 1)  # the roots continue the crown
+    found[:, 0] += min(unlike, _STREAK) * streaked * streak[strands[hidden]]
     result = base.copy()
     result[hidden] = np.clip(lab2rgb(found), 0, 1)
     return result

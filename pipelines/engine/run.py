@@ -250,14 +250,18 @@ def _map(
         step.output: step.together(inputs) for step in steps if step.fans_out and step.together
     }
     _leave_out_advice()
-    results = pipeline.map(
-        dict(inputs),
-        executor=executors,
-        storage="dict",
-        chunksizes=sizes,
-        show_progress=False,
-        return_results=True,
-    )
+    try:
+        results = pipeline.map(
+            dict(inputs),
+            executor=executors,
+            storage="dict",
+            chunksizes=sizes,
+            show_progress=False,
+            return_results=True,
+        )
+    except BaseException as error:
+        _leave_out_arguments(error)
+        raise
     return {name: results[name].output for name in results if name not in inputs}
 
 
@@ -266,6 +270,13 @@ def _leave_out_advice() -> None:
     from pipefunc import _pipefunc_utils
 
     _pipefunc_utils.is_installed = lambda name: False
+
+
+def _leave_out_arguments(error: BaseException) -> None:
+    """Drop what pipefunc notes on an error of a node, or of the user's progress function that is
+    called in one: the node's arguments."""
+    notes: list[str] = getattr(error, "__notes__", [])
+    notes[:] = [text for text in notes if "occurred while executing function" not in text]
 
 
 _NEW_SECONDS = 60.0

@@ -225,6 +225,7 @@ def test_an_error_in_a_frame_reaches_the_caller(store):
     with pytest.raises(InputError) as caught:
         run("broken", graph=graph, store=store, executor="serial", length=4, scale=Scale())
     assert str(caught.value) == "frame 2 is bad"
+    assert not getattr(caught.value, "__notes__", [])  # such as the arguments of the node
 
 
 def test_progress_counts_to_the_end_and_notes_are_kept(store):

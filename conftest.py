@@ -19,7 +19,7 @@ pytest_plugins = ["tests.support.characters", "tests.support.dressed", "tests.su
 
 SLOW = Path(__file__).parent / "tests" / "slow.txt"
 """Files of tests that ``--fast`` leaves out, one per line with the seconds that each took."""
-FAST_SECONDS = 200.0
+FAST_SECONDS = 150.0
 """Processor seconds that the files which ``--fast`` runs took together when the list was made."""
 
 

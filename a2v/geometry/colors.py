@@ -1,4 +1,4 @@
-"""Conversion between linear light and sRGB."""
+"""Conversion between linear light, sRGB and CIELAB."""
 
 from __future__ import annotations
 

@@ -225,8 +225,9 @@ def _open_jacket(garment: _Garment) -> tuple[FloatArray, IntArray] | None:
         return None
     away = np.stack([palette_distance(lab, one[None], SHADE) for one in (jacket, inner)], axis=1)
     panel = away.argmin(axis=1)
-    shirt = np.bincount(joined_pieces(trunk & (panel == 1), garment.near)[trunk & (panel == 1)])
-    if not shirt.any() or shirt.max() < _PURE * shirt.sum() or _of_sleeves(garment, panel) != 0:
+    shirt = trunk & (panel == 1)
+    pieces = np.bincount(joined_pieces(shirt, garment.near)[shirt])
+    if not pieces.any() or pieces.max() < _PURE * pieces.sum() or _of_sleeves(garment, panel) != 0:
         return None
     return away, panel
 

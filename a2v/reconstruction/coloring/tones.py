@@ -137,8 +137,10 @@ def _around(
     """Distance (n,) of the `others` (n, 3) from the nearest of the `places` (m, 3), and the mean
     (n, 3) of the colors `lab` (m, 3) there, in which a place counts that is hardly farther: halfway
     between two sides both count."""
+    from scipy.spatial.distance import cdist
+
     few = slice(None, None, max(1, len(places) // _FEW))
-    each = np.linalg.norm(others[:, None] - places[few], axis=2)
+    each = cdist(others, places[few])
     away = each.min(axis=1)
     weight = np.exp(-0.5 * ((each - away[:, None]) / (_BLEND * away + _NEARBY)[:, None]) ** 2)
     return away, (weight @ lab[few]) / weight.sum(axis=1, keepdims=True)

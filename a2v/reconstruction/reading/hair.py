@@ -173,7 +173,7 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
     if like_cloth:
         allowed &= rows < place.shoulder - _TO_SHOULDER * camera.scale
     like_clothes = palette_distance(lab, clothes, SHADE) if len(clothes) else None
-    middle = float(seen.face[:, 1].mean())
+    face_row = float(seen.face[:, 1].mean())
     ears = (outside & (far_from_skin < _ALIKE) & (rows < place.chin)).astype(np.uint8)
     hair, found = first, crown
     # tips are lighter than roots, and both shades lie side by side; without the colors of clothes
@@ -187,7 +187,7 @@ def long_hair(subject: Subject, body: Body, camera: Camera) -> HairSeen | None:
         before, like = found, palette_distance(lab, hair, SHADE)
         found = allowed & (like < _ALIKE) & (like < _SKIN * far_from_skin)
         if like_clothes is not None:
-            found &= (like < like_clothes) | (rows < middle)
+            found &= (like < like_clothes) | (rows < face_row)
         found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         _, label = cv2.connectedComponents(found | ears)  # an ear does not cut hair in two
         held = np.unique(label[crown & (found > 0)])
